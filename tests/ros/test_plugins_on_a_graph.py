@@ -22,7 +22,10 @@ LAUNCH = """<launch>
   </include>
 </launch>
 """
-INERTIAL = '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}"/></inertial>'
+INERTIAL = (
+    '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 
 
 def link(name, mass, inertia, shape=""):

@@ -254,7 +254,10 @@ def test_problems_come_in_the_order_of_their_causes():
 
 def massless(base_has_mass):
     """What the reader says of a robot whose arm has no mass."""
-    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
     links = {"base": inertial if base_has_mass else "", "arm": "", "hand": inertial}
     text = "".join(f'<link name="{name}">{has}</link>' for name, has in links.items())
     for parent, child in (("base", "arm"), ("arm", "hand")):

@@ -71,7 +71,7 @@ class Thermometer(Sensor):
         return Float64(self.spec.heat + self.rng.normal(0.0, 0.1))
 '''
 HEATED = """<robot name="r"><link name="l"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1"/></inertial></link><gazebo reference="l">
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo reference="l">
 <sensor name="s" type="thermometer"><plugin filename="libgazebo_ros_thermometer.so">
 <heat>30</heat></plugin></sensor></gazebo></robot>"""
 READ = """

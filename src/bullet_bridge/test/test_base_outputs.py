@@ -26,7 +26,7 @@ MASS, INERTIA = 2.0, 0.5
 def box(name, mass=MASS, inertia=INERTIA):
     return (
         f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{inertia}" '
-        f'iyy="{inertia}" izz="{inertia}"/></inertial></link>'
+        f'iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     )
 
 
@@ -36,7 +36,9 @@ BOX = f'<robot name="r">{box("base")}</robot>'
 def wheel(name, xyz):
     return (
         f'<link name="{name}"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" '
-        'izz="1e-3"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry><cylinder '
+        'izz="1e-3"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
+        "<cylinder "
         f'radius="0.1" length="0.004"/></geometry></collision></link><joint name="{name}_j" '
         f'type="continuous"><parent link="{"fork" if name == "front" else "base"}"/><child '
         f'link="{name}"/><origin xyz="{xyz}"/><axis xyz="0 1 0"/></joint>'
@@ -278,7 +280,8 @@ def test_a_vacuum_gripper_draws_what_is_near(world, topics):
         BOX.replace("</robot>", "<gazebo><static>true</static></gazebo></robot>"),
         BOX.replace('"base"', '"other"').replace(
             "</robot>",
-            '<link name="stick"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+            '<link name="stick"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"'
+            ' ixy="0" ixz="0" iyz="0"/>'
             '</inertial></link><joint name="j" type="continuous"><parent link="other"/><child '
             'link="stick"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/></joint></robot>',
         ),
@@ -297,7 +300,8 @@ def test_a_vacuum_gripper_tells_of_each_link_that_is_near(world, topics, text):
 
 ROLLER = (
     f'<robot name="r">{box("base", 2.0, 100.0)}<link name="wheel"><inertial><mass value="0.2"/>'
-    '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial><collision><geometry><sphere '
+    '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere '
     'radius="0.1"/></geometry></collision></link><joint name="axle" type="continuous"><parent '
     'link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint></robot>'
 )

@@ -18,7 +18,8 @@ from fake_impl import FakeServer, fake_publishers, in_thread, plugin_of
 GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
+    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/>'
     "</inertial></link>"
 )
 JOINT = (

@@ -12,7 +12,10 @@ from bullet_sim.pose import Pose
 from fake_impl import FakeReceivedCounts, plugin_of
 from std_msgs.msg import String
 
-INERTIA = '<inertial><mass value="{0}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
+INERTIA = (
+    '<inertial><mass value="{0}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 BOX = '<collision><geometry><box size="{0}"/></geometry></collision>'
 
 

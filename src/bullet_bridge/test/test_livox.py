@@ -33,9 +33,12 @@ def robot(path, **values):
     )
     return (
         '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-        'izz="1"/></inertial></link><gazebo reference="base"><sensor type="ray" name="livox"><pose>'
+        'izz="1"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo reference="base">'
+        '<sensor type="ray" name="livox"><pose>'
         "0 0 0.5 0 0 0</pose><update_rate>10</update_rate><plugin name='p' "
-        f"filename='liblivox_laser_simulation.so'><ray><scan>{axes}</scan><range><min>0.1</min><max>"
+        f"filename='liblivox_laser_simulation.so'><ray><scan>{axes}</scan><range><min>0.1</min>"
+        "<max>"
         f"50</max></range></ray>{inner}</plugin></sensor></gazebo></robot>"
     )
 

@@ -26,13 +26,16 @@ from std_srvs.srv import EmptyRequest
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" type="fixed">'
+    'izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="plate"/>'
+    '<joint name="weld" type="fixed">'
     '<parent link="base"/><child link="plate"/></joint></robot>'
 )
 
 WHEELED = URDF.replace(
     "</robot>",
-    '<link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
+    '<link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/>'
     '</inertial></link><joint name="axle" type="continuous"><parent link="base"/>'
     '<child link="wheel"/></joint></robot>',
 )
@@ -523,7 +526,8 @@ def test_a_world_with_a_model_keeps_its_name_and_pose(desk):
 def test_every_joint_is_revolute_without_a_damping_as_gazebo_ros_answers(desk):
     text = URDF.replace(
         "</robot>",
-        '<link name="slide"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+        '<link name="slide"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"'
+        ' ixy="0" ixz="0" iyz="0"/>'
         '</inertial></link><joint name="rail" type="prismatic"><parent link="base"/>'
         '<child link="slide"/><axis xyz="1 0 0"/><limit lower="0" upper="1" effort="1" '
         'velocity="1"/><dynamics damping="3"/></joint></robot>',
@@ -550,7 +554,11 @@ def test_physics_properties_are_those_of_ode(desk):
 def test_with_an_ode_config_of_zeros_nothing_collides(desk):
     """As in Gazebo 11.1, where bodies fall through each other from then on."""
     base = '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
-    base += 'izz="1"/></inertial><collision><geometry><box size="1 1 1"/></geometry></collision>'
+    base += (
+        'izz="1"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="1 1 1"/></geometry>'
+        "</collision>"
+    )
     desk.world.spawn(ground_plane(), Pose((0.0, 0.0, -0.5)))
     assert desk.spawn("box", base + "</link></robot>").success
     desk.world.step(500)
@@ -577,8 +585,11 @@ def test_a_models_state_is_that_of_its_first_link(desk):
 
 HINGED = (
     '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-    'izz="1"/></inertial></link><link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" '
-    'iyy="0.1" izz="0.1"/></inertial></link><joint name="hinge" type="continuous"><parent '
+    'izz="1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="arm"><inertial><mass value="1"/>'
+    '<inertia ixx="0.1" '
+    'iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="continuous"><parent '
     'link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>'
 )
 
@@ -794,7 +805,7 @@ ON_A_WORLD = (
     '<robot name="r"><link name="world"/>'
     + "".join(
         f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/><inertia '
-        'ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>'
+        'ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
         for name, x, mass in (("base", 0.1, 1), ("plate", 0, 3), ("arm", 0, 1), ("tip", 0, 1))
     )
     + '<joint name="anchor" type="fixed"><parent link="world"/><child link="base"/>'

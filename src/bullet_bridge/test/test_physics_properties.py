@@ -13,7 +13,7 @@ from fake_impl import fake_reconfigure
 
 CAR = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1"/></inertial></link><gazebo><plugin name="c" '
+    'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo><plugin name="c" '
     'filename="libgazebo_ros_control.so"/></gazebo></robot>'
 )
 

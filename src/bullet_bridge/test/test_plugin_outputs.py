@@ -35,11 +35,15 @@ WALL = (
 )
 CART = (
     '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02"'
-    ' izz="0.02"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/></geometry></collision>'
+    ' izz="0.02"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/>'
+    "</geometry></collision>"
     "</link>"
     + "".join(
         f'<link name="{side}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" '
-        'izz="1e-3"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry><cylinder '
+        'izz="1e-3"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
+        "<cylinder "
         f'radius="0.1" length="0.04"/></geometry></collision></link><joint name="{side}" '
         f'type="continuous"><parent link="base"/><child link="{side}_wheel"/><origin '
         f'xyz="0.1 {y} 0"/><axis xyz="0 1 0"/></joint>'

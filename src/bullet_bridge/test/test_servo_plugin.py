@@ -14,7 +14,8 @@ from std_msgs.msg import Header
 GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/>'
+    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"'
+    ' ixy="0" ixz="0" iyz="0"/>'
     "</inertial></link>"
 )
 JOINT = (

@@ -13,7 +13,8 @@ GRAVITY = (0.0, 0.0, 0.0)
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
-    'iyy="0.1" izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" '
+    'iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="plate"/><joint name="weld" '
     'type="fixed"><parent link="base"/><child link="plate"/></joint></robot>'
 )
 
@@ -99,10 +100,11 @@ def test_models_that_come_and_go_and_are_loaded_again(topics, world):
 
 JOINTED = (
     '<robot name="r"><link name="base"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
-    '<inertia ixx="0.1" iyy="0.2" izz="0.1"/></inertial></link>'
+    '<inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     + "".join(
         f'<link name="arm{i}"><inertial><origin xyz="0 0.05 0"/><mass value="0.5"/><inertia '
-        f'ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link><joint name="j{i}" type="continuous">'
+        f'ixx="0.01" iyy="0.01" izz="0.01"'
+        f' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j{i}" type="continuous">'
         f'<parent link="base"/><child link="arm{i}"/><origin xyz="0 {i} 0" rpy="0.3 0 0"/>'
         '<axis xyz="0 0 1"/></joint>'
         for i in range(3)

@@ -28,9 +28,12 @@ GRAVITY = (0.0, 0.0, 0.0)
 
 IMU = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1"/></inertial></link><gazebo reference="base"><sensor name="i" type="imu">'
+    'izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo reference="base">'
+    '<sensor name="i" type="imu">'
     '<update_rate>100</update_rate><plugin name="p" filename="libgazebo_ros_imu_sensor.so">'
-    "<topicName>{0}</topicName><frameName>base</frameName><updateRateHZ>100</updateRateHZ></plugin></sensor></gazebo>"
+    "<topicName>{0}</topicName><frameName>base</frameName><updateRateHZ>100</updateRateHZ>"
+    "</plugin></sensor></gazebo>"
     "</robot>"
 )
 

@@ -24,9 +24,12 @@ def block(mass=1.0, static=False, center=0.0):
 
 ARM = (
     '<robot name="arm"><link name="world"/><link name="post"><inertial><mass value="5"/><inertia '
-    'ixx="1" iyy="1" izz="1"/></inertial></link><joint name="f" type="fixed"><parent link="world"/>'
+    'ixx="1" iyy="1" izz="1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="f" type="fixed">'
+    '<parent link="world"/>'
     '<child link="post"/></joint><link name="hand"><inertial><origin xyz="0.3 0 0"/><mass '
-    'value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link><joint name="j" '
+    'value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" '
     'type="continuous"><parent link="post"/><child link="hand"/><axis xyz="0 1 0"/></joint></robot>'
 )
 

@@ -89,7 +89,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 TEXT = "<robot name='a'><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' \
-izz='1'/></inertial></link></robot>"
+izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>"
 POINTS = "".join(f"<point>{x} {y}</point>" for x, y in ((0, 0), (1, 0), (0, 1)))
 SHAPE = f"<geometry><polyline>{POINTS}<height>1</height></polyline></geometry>"
 WEDGE = f"<sdf version='1.6'><model name='w'><link name='l'><collision name='c'>{SHAPE}"

@@ -14,8 +14,9 @@ MASS, MOMENTS = 2.0, (0.02, 0.03, 0.04)
 TURNED = Pose.from_xyz_rpy((1, 2, 3), (0.3, -0.4, 1.1))
 ARM = (
     '<robot name="arm"><link name="world_part"><inertial><mass value="1000"/><inertia '
-    'ixx="1000" iyy="1000" izz="1000"/></inertial></link><link name="arm"><inertial><mass '
-    'value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>'
+    'ixx="1000" iyy="1000" izz="1000"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="arm"><inertial><mass '
+    'value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     '<joint name="axle" type="continuous"><parent link="world_part"/><child link="arm"/>'
     '<axis xyz="0 0 1"/><limit effort="{effort}" velocity="1000"/></joint></robot>'
 )

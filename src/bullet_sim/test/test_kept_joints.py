@@ -6,7 +6,10 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
-MASS = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
+MASS = (
+    '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 SENSOR = (
     '<gazebo><plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>b</bodyName>'
     "<topicName>t</topicName></plugin></gazebo>"

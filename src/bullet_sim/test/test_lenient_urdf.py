@@ -1,6 +1,7 @@
 """URDFs with bad values: each costs its own element and one warning, and the rest is as it was.
 
-What urdfdom refuses and what it reads differently is no matter here: a robot comes up.
+Where urdfdom 1.0 refuses all of a robot it comes up nevertheless; of a link it reads what is before
+the first fault, which gz sdf -p of Gazebo 11.1 prints.
 """
 
 import math
@@ -15,6 +16,8 @@ MASS = (
     '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/>'
     "</inertial>"
 )
+INERTIA = MASS[len("<inertial>") : -len("</inertial>")]
+INERTIA = INERTIA.replace('mass value="1"', 'mass value="{}"').replace('ixy="0"', 'ixy="{}"')
 SOUND = (
     f'<link name="base">{MASS}<collision><geometry><box size="1 1 0.2"/></geometry></collision>'
     f'</link><link name="wheel">{MASS}</link><joint name="axle" type="continuous">'
@@ -173,7 +176,7 @@ VALUES = {
         ["'some'"],
     ),
     "a box of two sides": (shape('<box size="1 2"/>'), visual_sizes, [], ["'1 2'", "3 finite"]),
-    "a box without size": (shape("<box/>"), visual_sizes, [], ["box size is", "left out"]),
+    "a box without size": (shape("<box/>"), visual_sizes, [], ["box without size", "left out"]),
     "a flat box": (shape('<box size="1 2 0"/>'), visual_sizes, [(1, 2, 0.001)], ["it becomes"]),
     "a negative box": (shape('<box size="1 -2 3"/>'), visual_sizes, [(1, 2, 3)], ["than 0"]),
     "a sphere of no size": (
@@ -186,8 +189,8 @@ VALUES = {
     "a cylinder without length": (
         shape('<cylinder radius="1"/>'),
         visual_sizes,
-        [(1, 0.001)],
-        ["cylinder size is (1.0, 0.0)"],
+        [],
+        ["cylinder without length", "left out"],
     ),
     "a shape of another world": (shape("<cone/>"), visual_sizes, [], ["<cone>", "left out"]),
     "a shape in capitals": (shape('<Box size="1 1 1"/>'), visual_sizes, [], ["<Box>"]),
@@ -247,20 +250,72 @@ PARTS = {
 }
 
 
-@pytest.mark.parametrize("inside, words", [("", []), ("<box_inertia m='1'/>", ["<box_inertia>"])])
-def test_a_link_with_a_mass_but_no_inertia_loses_its_shapes_as_in_gazebo(inside, words):
-    inertial = f'<inertial><origin xyz="0 0 1"/><mass value="3"/>{inside}</inertial>'
-    box = '<geometry><box size="1 1 1"/></geometry>'
-    shapes = f"<visual>{box}</visual><collision>{box}</collision>"
+BOX = '<geometry><box size="1 1 1"/></geometry>'
+TWO = "<visual>{0}</visual><visual>{0}</visual><collision>{0}</collision><collision>{0}</collision>"
+
+
+BOTH = TWO.format(BOX)
+
+
+def tip(inertial=MASS, shapes=BOTH):
+    """The link 'tip' of a robot with the sound parts, and the warnings."""
     model = parse_urdf(robot(f'<link name="tip">{inertial}{shapes}</link>{hold()}'), str, "car")
-    tip = model.links["tip"]
-    assert (tip.mass, tip.center.tolist()) == (3.0, [0.0, 0.0, 1.0])
-    assert tip.visuals == [] and tip.collisions == []
-    (warning,) = model.warnings
-    for word in ("link 'tip'", "no <inertia>", "as in Gazebo", *words):
+    return model.links["tip"], model.warnings
+
+
+# an inertial: the mass that is read, words of the one warning; the link has no shapes
+FAULTS = {
+    '<mass value="3"/>': (3, ["no <inertia>"]),
+    "<mass value='3'/><box_inertia m='1'/>": (3, ["no <inertia>", "<box_inertia>"]),
+    '<mass value="3"/><inertia ixx="1" iyy="1" izz="1"/>': (3, ["inertia without ixy"]),
+    INERTIA.format("1", "x"): (1, ["inertia ixy is 'x'"]),
+    INERTIA.format("1.0 ", "0"): (0, ["mass value is '1.0 '"]),
+    INERTIA.format("1kg", "0"): (0, ["'1kg'"]),
+    INERTIA.format("${m}", "0"): (0, ["'${m}'", "process the file"]),
+    '<origin xyz="0 0"/>' + INERTIA.format("1", "0"): (0, ["origin xyz is '0 0'"]),
+    "<mass/>": (0, ["mass without value"]),
+    "": (0, ["no <mass>"]),
+}
+
+
+@pytest.mark.parametrize("text, mass, words", [(k, *v) for k, v in FAULTS.items()], ids=FAULTS)
+def test_an_inertial_with_a_fault_costs_what_comes_after_it_in_its_link(text, mass, words):
+    link, warnings = tip(f"<inertial>{text}</inertial>")
+    assert link.mass == mass and not link.inertia.any()
+    assert link.visuals == [] and link.collisions == []
+    (warning,) = warnings
+    for word in ("link 'tip'", "as in Gazebo", *words):
         assert word in warning
-    massless = parse_urdf(robot(f'<link name="tip"><inertial/>{shapes}</link>{hold()}'), str, "car")
-    assert len(massless.links["tip"].collisions) == 1 and not massless.warnings
+
+
+@pytest.mark.parametrize("mass", [" 1", "1.", "+1e0"])
+def test_what_urdfdom_reads_of_a_mass(mass):
+    link, warnings = tip(f"<inertial>{INERTIA.format(mass, '0')}</inertial>")
+    assert link.mass == 1 and len(link.collisions) == 2 and warnings == []
+
+
+# shapes: how many visuals and collisions are read, a word of the one warning
+LOST = {
+    f"<visual>{BOX}</visual><visual><geometry><cone/></geometry></visual>": (1, 0, "<cone>"),
+    "<visual><geometry><sphere/></geometry></visual>": (0, 0, "sphere without radius"),
+    "<visual/>": (0, 0, "no geometry"),
+    f"<visual>{BOX}<material/></visual>": (0, 0, "<material> without a name"),
+    f'<visual><origin xyz="1 1"/>{BOX}</visual>': (0, 0, "origin xyz is '1 1'"),
+    '<visual><geometry><mesh filename="a.stl" scale="1"/></geometry></visual>': (0, 0, "scale"),
+    "<visual><geometry><mesh/></geometry></visual>": (0, 0, "without filename"),
+    '<collision><geometry><box size="1 1 1 1"/></geometry></collision>': (2, 0, "'1 1 1 1'"),
+    f"<collision>{BOX}</collision><collision/>": (2, 1, "no geometry"),
+}
+
+
+@pytest.mark.parametrize("text, visuals, collisions, word", [(k, *v) for k, v in LOST.items()])
+def test_a_shape_with_a_fault_costs_the_shapes_that_urdfdom_reads_after_it(
+    text, visuals, collisions, word
+):
+    link, warnings = tip(shapes=text + BOTH)
+    assert (len(link.visuals), len(link.collisions)) == (visuals, collisions)
+    (warning,) = warnings
+    assert word in warning and "as in Gazebo" in warning
 
 
 @pytest.mark.parametrize("text, links, joints, words", PARTS.values(), ids=PARTS)

@@ -125,7 +125,7 @@ def test_an_impossible_inertia_becomes_that_of_a_block_of_its_size(inertia):
 @pytest.mark.parametrize(
     "inertia, unit",
     [
-        (np.zeros((3, 3)), False),
+        (np.zeros((3, 3)), True),  # dInvertPDMatrix fails, as Gazebo 11.1 shows
         (0.01 * (np.eye(3) + [[0, 1, 0], [1, 0, 1], [0, 1, 0]]), True),
         (0.01 * np.eye(3), False),
         (np.full((3, 3), math.nan), False),

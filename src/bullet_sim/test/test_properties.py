@@ -13,14 +13,18 @@ from bullet_sim.world import World
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="100"/><inertia ixx="100" '
-    'iyy="100" izz="100"/></inertial></link><link name="plate"><inertial><origin xyz="1 0 0"/>'
-    '<mass value="100"/><inertia ixx="100" iyy="100" izz="100"/></inertial></link>'
+    'iyy="100" izz="100"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="plate"><inertial><origin xyz="1 0 0"/>'
+    '<mass value="100"/><inertia ixx="100" iyy="100" izz="100"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link>'
     '<joint name="weld" type="fixed"><parent link="base"/><child link="plate"/></joint>'
     '<link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.2" izz="0.3" '
-    'ixy="0.01"/></inertial></link><joint name="hinge" type="revolute"><parent link="base"/>'
+    'ixy="0.01" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="revolute">'
+    '<parent link="base"/>'
     '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" '
     'velocity="50"/></joint><link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" '
-    'iyy="0.1" izz="0.1"/></inertial></link><joint name="axle" type="continuous">'
+    'iyy="0.1" izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="axle" type="continuous">'
     '<parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint></robot>'
 )
 ARM = np.array([[0.1, 0.01, 0], [0.01, 0.2, 0], [0, 0, 0.3]])
@@ -62,7 +66,8 @@ def test_link_properties(model):
 
 def test_a_mass_for_a_fixed_base_does_not_release_it(world):
     link = (
-        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial>'
         '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
     )
     text = (
@@ -97,7 +102,7 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
 def test_gravity_is_switched_off_and_on_and_survives_a_reset(world):
     text = (
         '<robot name="b"><link name="ball"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-        'izz="1"/></inertial></link></robot>'
+        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
     )
     ball = world.spawn_urdf("b", text, Pose((0, 9, 5)), str)
     world.engine.set_gravity((0.0, 0.0, -9.81))

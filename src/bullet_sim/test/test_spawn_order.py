@@ -12,9 +12,11 @@ from bullet_sim.world import World
 NAMES = ("a", "b", "c")
 ARM = (
     '<robot name="arm"><link name="base"><inertial><mass value="1"/><inertia ixx="0.01" '
-    'iyy="0.01" izz="0.01"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
+    'iyy="0.01" izz="0.01"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
     '</collision></link><link name="tip"><inertial><mass value="0.2"/><inertia ixx="1e-3" '
-    'iyy="1e-3" izz="1e-3"/></inertial></link><joint name="j" type="revolute"><parent '
+    'iyy="1e-3" izz="1e-3"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="revolute"><parent '
     'link="base"/><child link="tip"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>'
     '<limit lower="-1" upper="1" effort="5" velocity="10"/></joint>'
     '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'

@@ -64,7 +64,10 @@ def test_its_noise_is_of_the_speed_the_direction_and_the_height():
 
 def test_links_of_a_urdf_have_it_with_what_is_merged_into_them():
     """Gazebo 11.1: gz sdf -p writes it into the link that the other one is merged into."""
-    mass = '<inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
+    mass = (
+        '<inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
+        ' ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
     text = (
         f'<robot name="r"><link name="base">{mass.format(1)}</link><link name="top">'
         f'{mass.format(3)}</link><joint name="j" type="fixed"><parent link="base"/>'

@@ -15,11 +15,13 @@ from bullet_sim.world import World
 CART = "".join(
     [
         '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
-        'iyy="0.02" izz="0.02"/></inertial><collision><geometry>'
+        'iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
         '<box size="0.4 0.2 0.1"/></geometry></collision></link>',
         *(
             f'<link name="{name}"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" '
-            'izz="1e-4"/></inertial><collision><origin rpy="1.5707963267948966 0 0"/><geometry>'
+            'izz="1e-4"'
+            ' ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+            '<origin rpy="1.5707963267948966 0 0"/><geometry>'
             '<cylinder radius="0.08" length="0.04"/></geometry></collision></link>'
             f'<joint name="{name}_joint" type="continuous"><origin xyz="{x} {y} 0"/>'
             f'<parent link="base"/><child link="{name}"/><axis xyz="0 1 0"/>'
@@ -232,8 +234,11 @@ def test_a_saved_world_goes_on_at_its_time_until_a_reset(world):
 
 MAST = (
     '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1"/></inertial></link><link name="mast"><inertial><mass value="0.5"/><inertia '
-    'ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link><joint name="turn" type="continuous">'
+    'izz="0.1"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="mast"><inertial><mass value="0.5"/>'
+    "<inertia "
+    'ixx="0.01" iyy="0.01" izz="0.01"'
+    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="turn" type="continuous">'
     '<parent link="base"/><child link="mast"/><axis xyz="0 0 1"/></joint></robot>'
 )
 

@@ -403,7 +403,7 @@ def _shift(mass: float, arm: Array) -> Array:
 
 
 def _repair_inertia(link: Link, model: ModelDescription, as_in_gazebo: bool) -> None:
-    given = link.mass > 0 and np.isfinite(link.inertia).all() and link.inertia.any()
+    given = link.mass > 0 and np.isfinite(link.inertia).all()
     if link.mass <= 0:
         model.warn(
             f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg",

@@ -24,14 +24,15 @@ from bullet_sim.formats.joints import (
 )
 from bullet_sim.formats.lumping import LEAVE_OUT, keep_joints, leave_out
 from bullet_sim.formats.materials import Resolve, rgba_of
-from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
+from bullet_sim.formats.shapes import hollow_collision, mesh_geometry, usable_size
 from bullet_sim.formats.transmissions import parse_transmissions
+from bullet_sim.formats.urdfdom import SIZES, inertia_fault, mass_fault, shape_fault
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_floats, child_number, parse, urdf_origin
 
+PARTS_OF_INERTIAL = ("origin", "mass", "inertia")
 PARTS = {"gazebo", "joint", "link", "material", "sensor", "transmission"}  # of a <robot>
 _ONE = (1.0, 1.0, 1.0)
-_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
 @reads
@@ -45,7 +46,7 @@ def parse_urdf(
         name: name of the model, used in messages.
         massless: what happens to links without mass that no fixed joint merges into one that has
             some: leave_out: they, their joints and all that hangs on them, as in Gazebo; keep: each
-            gets a small mass.
+            gets a small mass, and one whose <inertial> cannot be read keeps its shapes.
 
     Raises:
         ModelError: malformed, no <robot>, no link, several root links.
@@ -60,7 +61,7 @@ def parse_urdf(
     for element in robot.findall("material"):
         materials.setdefault(element.get("name"), _material_color(element, name))
     for element in robot.findall("link"):
-        link = _link(element, materials, resolve, model)
+        link = _link(element, materials, resolve, model, massless)
         if link is not None:
             model.links[link.name] = link
     if xacro_tag and not model.links:
@@ -136,7 +137,9 @@ def _link(
     materials: dict[str | None, RGBA | None],
     resolve: Resolve,
     model: ModelDescription,
+    massless: str,
 ) -> Link | None:
+    """A link with what urdfdom reads of it, or None with a warning."""
     link = Link(element.get("name") or "")
     label = f"link '{link.name}'"
     if not link.name or link.name in model.links:
@@ -147,36 +150,55 @@ def _link(
             label,
         )
         return None
-    if not _inertial(element, link, label):
+    if not _inertial(element.find("inertial"), link, label, massless == LEAVE_OUT):
         return link
-    for part in element.findall("visual"):
-        shape = _shape(part, f"{label} visual", materials, resolve, model)
+    parts = [*element.findall("visual"), *element.findall("collision")]
+    for part, fault in ((part, shape_fault(part)) for part in parts):
+        if fault:
+            part.warn(
+                f"{label} {part.tag} {fault}; it is left out with the shapes of the link that "
+                "urdfdom reads after it (first all visuals, then all collisions), as in Gazebo",
+                "links lose shapes from the first on that cannot be read, as in Gazebo",
+                label,
+            )
+            break
+        shape = _shape(part, f"{label} {part.tag}", materials, resolve, model)
+        given, shapes, number = part.get("name") or "", link.visuals, len(link.visuals)
+        if part.tag == "collision":
+            shapes, number = link.collisions, len(link.collisions) + len(link.hollow)
+            if shape is None:
+                mesh = part.find("geometry/mesh")
+                uri = None if mesh is None else mesh.get("filename", "")
+                shape, shapes = hollow_collision(uri, resolve), link.hollow
         if shape is not None:
-            name = part.get("name") or _shape_name(link.name, "visual", len(link.visuals))
-            link.visuals.append(replace(shape, link=link.name, name=name))
-    for part in element.findall("collision"):
-        shape = _shape(part, f"{label} collision", materials, resolve, model)
-        shapes = link.collisions
-        if shape is None:
-            mesh = part.find("geometry/mesh")
-            uri = None if mesh is None else mesh.get("filename", "")
-            shape, shapes = hollow_collision(uri, resolve), link.hollow
-        if shape is not None:
-            given, number = part.get("name") or "", len(link.collisions) + len(link.hollow)
-            name = given or _shape_name(link.name, "collision", number)
+            name = given or _shape_name(link.name, part.tag, number)
             shapes.append(replace(shape, link=link.name, name=name, number=number, given=given))
     return link
 
 
-def _inertial(element: Node, link: Link, label: str) -> bool:
+def _inertial(inertial: Node | None, link: Link, label: str, strict: bool) -> bool:
     """Read a link's mass and inertia; returns whether its shapes are to be read, too.
 
-    urdfdom reads a link's <inertial> first and gives the link up where it has a mass, but no
-    <inertia>: in Gazebo such a link has a mass, but nothing to see or to collide with.
+    Args:
+        strict: as urdfdom, which gives the link up at the first fault, so that what comes after it
+            is 0; False: a bad value costs itself.
     """
-    inertial = element.find("inertial")
     if inertial is None:
         return True
+    massless = mass_fault(inertial)
+    fault = massless or inertia_fault(inertial)
+    if fault and strict:
+        macros = [f"<{child.tag}>" for child in inertial if child.tag not in PARTS_OF_INERTIAL]
+        inertial.warn(
+            f"{label} inertial {fault}; as in Gazebo its {'mass' if massless else 'inertia'} "
+            "counts "
+            "as 0 and it has no shapes"
+            + (f"; is {macros[0]} a macro without 'xacro:'?" if macros else ""),
+            "links have an <inertial> that cannot be read, and lose their shapes, as in Gazebo",
+            label,
+        )
+        if massless:
+            return False
     pose = urdf_origin(inertial, f"{label} inertial")
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
@@ -188,20 +210,11 @@ def _inertial(element: Node, link: Link, label: str) -> bool:
                 label,
             )
             link.mass = 0.0
-    if inertia is not None:
+    link.center = np.array(pose.position)
+    if inertia is not None and not (fault and strict):
         moments = [child_number(inertia, f"@{key}", f"{label} inertia", 0.0) for key in INERTIA]
         link.set_inertia(pose, moments)
-    link.center = np.array(pose.position)
-    if mass is None or inertia is not None:
-        return True
-    macros = [f"<{child.tag}>" for child in inertial if child.tag not in ("origin", "mass")]
-    inertial.warn(
-        f"{label} has a mass, but no <inertia>; as in Gazebo its shapes are left out, and nothing "
-        "collides with it" + (f"; is {macros[0]} a macro without 'xacro:'?" if macros else ""),
-        "links have a mass, but no <inertia>, and lose their shapes, as in Gazebo",
-        label,
-    )
-    return False
+    return not (fault and strict)
 
 
 def _shape_name(link: str, tag: str, index: int) -> str:
@@ -224,10 +237,8 @@ def _shape(
     resolve: Resolve,
     model: ModelDescription,
 ) -> Shape | None:
-    geometry = first_geometry(element, label, model)
-    if geometry is None:
-        return None
-    parsed = _geometry(geometry, label, resolve, model)
+    """A shape without a fault, or None with a warning where its size or mesh is not usable."""
+    parsed = _geometry(next(element.iter("geometry"))[0], label, resolve, model)
     if parsed is None:
         return None
     color = None
@@ -237,34 +248,14 @@ def _shape(
     return Shape(parsed, urdf_origin(element, label), color)
 
 
-def _size(element: Node, label: str) -> tuple[float | None, ...]:
-    """Size of a box, cylinder or sphere; None for each text that is no number."""
-    label = f"{label} {element.tag}"
-    if element.tag == "box":
-        missing = (0.0,) * 3 if element.get("size") is None else (None,)
-        return child_floats(element, "@size", 3, label, missing)
-    return tuple(
-        child_number(element, f"@{key}", label, 0.0 if element.get(key) is None else None)
-        for key in _SIZES[element.tag]
-    )
-
-
 def _geometry(
     element: Node, label: str, resolve: Resolve, model: ModelDescription
 ) -> Geometry | None:
-    if element.tag in _SIZES:
-        size = _size(element, label)
-        numbers = tuple(value for value in size if value is not None)
-        if len(numbers) < len(size):
-            return None
-        return usable_size(Geometry(element.tag, numbers), label, model)
     if element.tag == "mesh":
         scale = child_floats(element, "@scale", 3, f"{label} mesh", _ONE)
         return mesh_geometry(element.get("filename", ""), scale, label, resolve, model)
-    model.warn(
-        f"{label} has geometry <{element.tag}>, which is not one of box, cylinder, "
-        "sphere, mesh; it is left out",
-        "shapes have a geometry that is none of box, cylinder, sphere, mesh and are left out",
-        f"{label} <{element.tag}>",
-    )
-    return None
+    sizes = [
+        child_floats(element, f"@{key}", count, f"{label} {element.tag}", ())
+        for key, count in SIZES[element.tag]
+    ]
+    return usable_size(Geometry(element.tag, sum(sizes, ())), label, model)
