@@ -1,17 +1,10 @@
-"""The environment of commands: the caller's, with .venv and the workspace in front.
-
-What devel/setup.bash does to an environment, without running it each time. Once after a build it is
-sourced twice, in environments of our own: an empty one, and one in which each variable that it sets
-is there already. The difference tells for every variable whether setup.bash puts directories before
-or behind the value, sets it, or leaves a given one alone. These changes are kept in .cache (never a
-value of the caller's) and made to the caller's environment.
-"""
+"""The environment of commands: the caller's, with .venv and the workspace in front."""
 
 import glob
 import os
 import time
 
-from commands import bootstrap, signature
+from commands import bootstrap
 from commands.bootstrap import left_out, ros
 from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_of
 from commands.errors import CommandError
@@ -22,7 +15,6 @@ from commands.paths import (
     PROGRAMS,
     ROOT,
     SOURCES,
-    SYSTEM_PATH,
     VENV,
     read,
     write,
@@ -31,9 +23,7 @@ from commands.paths import (
 LOG_FOLDER = os.path.join(CACHE, "ros")
 PYTHON_START = os.path.join(ROOT, "config", "python")  # its sitecustomize: cv2, no screen
 LOGS_KEPT = 7 * 86400.0  # [s]
-CHANGES = os.path.join(CACHE, "environment")
 SETUP = os.path.join(DEVEL, "setup.bash")
-GIVEN = CACHE  # the value given in the second environment: an existing directory, no workspace
 FROM_SCRATCH = "To build from scratch: rm -rf build devel, then ./run setup"
 LEFT_OUT = ("PYTHONHOME", "CONDA_PREFIX", "PYENV_VERSION")  # other Pythons
 
@@ -77,20 +67,13 @@ def apply_setup_bash(environ):
         CommandError: setup.bash cannot be sourced.
     """
     packages = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
-    on_top = _has_workspace_on_top(environ)
-    if environ.get("CMAKE_PREFIX_PATH") and not on_top:
-        packages = _leave_workspaces(environ, packages)
-    for how, name, value in setup_changes():
-        given = environ.get(name, "")
-        if how == "default" or (on_top and how == "set"):
-            environ[name] = given or value
-        elif how == "set":
-            environ[name] = value
-        else:
-            there = given.split(":")
-            new = ":".join(path for path in value.split(":") if path not in there)
-            first, second = (new, given) if how == "before" else (given, new)
-            environ[name] = first + (":" if first and second else "") + second
+    if not _has_workspace_on_top(environ):  # which has sourced this one, too
+        left = _packages_of_workspaces(environ)
+        packages = [path for path in packages if path not in left]
+        found = ros.sourced_variables(SETUP, environ, FROM_SCRATCH)
+        for name in environ.keys() - found.keys() - set(ros.BASH):
+            del environ[name]
+        environ.update(found)
     ours = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
     theirs = [path for path in packages if path not in ours]
     instead = []
@@ -103,57 +86,6 @@ def apply_setup_bash(environ):
     environ["ROS_PACKAGE_PATH"] = ":".join([*instead, *ours, *behind])
 
 
-def setup_changes():
-    """Lists what setup.bash changes: (how, name, value); how: before, behind, set or default."""
-    if signature.unchanged("environment", DEVEL):
-        fields = read(CHANGES).split("\0")
-        if fields[-1] == "end":
-            return [tuple(fields[at : at + 3]) for at in range(0, len(fields) - 1, 3)]
-    result = _measure()
-    if not is_own():
-        return result
-    write(CHANGES, "\0".join([*(field for change in result for field in change), "end"]))
-    signature.save("environment", DEVEL, _inputs(result))
-    return result
-
-
-def _measure():
-    empty = {"PATH": SYSTEM_PATH}
-    fresh = ros.sourced_variables(SETUP, empty, FROM_SCRATCH)
-    given = {**dict.fromkeys(fresh, GIVEN), "PATH": f"{SYSTEM_PATH}:{GIVEN}"}
-    again = ros.sourced_variables(SETUP, given, FROM_SCRATCH)
-    result = []
-    for name, value in again.items():
-        before = given.get(name, "")
-        if value == before:
-            if name != "PATH":
-                result.append(("default", name, fresh[name]))
-        elif before and value.endswith(f":{before}"):
-            result.append(("before", name, value[: -len(before) - 1]))
-        elif before and value.startswith(f"{before}:"):
-            result.append(("behind", name, value[len(before) + 1 :]))
-        else:
-            result.append(("set", name, value))
-    return result
-
-
-def _inputs(result):
-    """Lists the files and directories that decide what setup.bash does."""
-    workspaces = ["/"]
-    for how, name, value in result:
-        if name == "CMAKE_PREFIX_PATH" and how in ("before", "set"):
-            workspaces += value.split(":")
-    paths = [SETUP, os.path.join(DEVEL, "setup.sh"), os.path.join(DEVEL, "_setup_util.py")]
-    for workspace in workspaces:
-        hooks = os.path.join(workspace, "etc", "catkin", "profile.d")
-        paths.append(hooks)
-        if os.path.isdir(hooks):
-            paths += [os.path.join(hooks, name) for name in sorted(os.listdir(hooks))]
-        if workspace != "/":
-            paths += [os.path.join(workspace, name) for name in ("", ".catkin", "lib", "bin")]
-    return paths
-
-
 def _has_workspace_on_top(environ):
     """Whether a workspace that is chained to this one is active."""
     prefixes = environ.get("CMAKE_PREFIX_PATH", "").split(":")
@@ -161,21 +93,14 @@ def _has_workspace_on_top(environ):
     return any(path and os.path.isfile(os.path.join(path, ".catkin")) for path in above)
 
 
-def _leave_workspaces(environ, packages):
-    """Takes workspaces that were sourced before out of an environment, as setup.sh does.
-
-    Returns:
-        The packages' directories that are not theirs.
-    """
-    theirs = []
-    for workspace in environ["CMAKE_PREFIX_PATH"].split(":"):
+def _packages_of_workspaces(environ):
+    """Lists where the packages of workspaces are that were sourced, which setup.bash leaves."""
+    result = []
+    for workspace in environ.get("CMAKE_PREFIX_PATH", "").split(":"):
         marker = os.path.join(workspace, ".catkin")
         if workspace and os.path.isfile(marker):
-            theirs += (read(marker) or os.path.join(workspace, "share")).split(";")
-    catkin = {"__name__": "_setup_util", "__file__": os.path.join(DEVEL, "_setup_util.py")}
-    exec(compile(read(catkin["__file__"]), catkin["__file__"], "exec"), catkin)
-    catkin["rollback_env_variables"](environ, catkin["ENV_VAR_SUBFOLDERS"])
-    return [path for path in packages if path not in theirs]
+            result += (read(marker) or os.path.join(workspace, "share")).split(";")
+    return result
 
 
 def _same_named(folder):

@@ -142,7 +142,9 @@ def sourced_variables(setup, environ, *advice):
     """
     import subprocess
 
-    script = '. "$0" >&2 && exec /usr/bin/env -0'
+    # catkin's needs a file for a moment: where no disk is full, if the caller says no other place
+    memory = '[ ! -w /dev/shm ] || : "${TMPDIR:=/dev/shm}"'
+    script = f'{memory}; . "$0" >&2 && exec /usr/bin/env -0'
     done = subprocess.run(["/bin/bash", "-c", script, setup], env=environ, capture_output=True)
     if done.returncode != 0:
         words = " ".join(os.fsdecode(done.stderr).split()) or f"exit status {done.returncode}"
