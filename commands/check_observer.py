@@ -118,15 +118,27 @@ def find_simulator():
     return None
 
 
-def wait_for_simulator(launch):
-    """Waits until the simulator answers; returns its name or None."""
-    deadline = time.monotonic() + START_LIMIT
+def wait(launch, limit, look):
+    """Looks until something is seen, the launch has ended, or a wall time [s] has passed.
+
+    Returns:
+        What was seen; None: nothing.
+    """
+    deadline = time.monotonic() + limit
     while time.monotonic() < deadline and launch.poll() is None:
-        node = find_simulator()
-        if node is not None:
-            return node
-        time.sleep(0.3)
+        seen = look()
+        if seen:
+            return seen
+        time.sleep(0.2)
     return None
+
+
+def has_master():
+    """Whether the master answers."""
+    try:
+        return bool(rospy.get_master().getPid())
+    except OSError:
+        return False
 
 
 def describe(simulator):
@@ -271,11 +283,8 @@ class Replay:
 
     def wait_for_first(self, launch):
         """Waits until it has a frame; returns at once if it has ended, which costs the replay."""
-        deadline = time.monotonic() + REPLAY_LIMIT
-        while time.monotonic() < deadline and launch.poll() is None:
-            if self._process.poll() is not None or rospy.get_param(f"/{REPLAY}/recording", False):
-                return
-            time.sleep(0.1)
+        name, process = f"/{REPLAY}/recording", self._process
+        wait(launch, REPLAY_LIMIT, lambda: process.poll() is not None or rospy.get_param(name, 0))
 
     def end(self):
         """Writes it, if it was started; a file that cannot be written is none."""
@@ -295,7 +304,7 @@ def observe(launch, seconds, replay):
     The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT or
     CAMERA_LIMIT, and the replay has its first frame.
     """
-    simulator = wait_for_simulator(launch)
+    simulator = wait(launch, START_LIMIT, find_simulator)
     if simulator is None:
         return {"simulator": False}
     replay.start(simulator)
@@ -355,13 +364,7 @@ def main(result, log, port, seconds, *launch_words):
     path = os.path.join(os.path.dirname(result), "replay.html")
     replay = Replay(path, " ".join(launch_words))
     try:
-        deadline = time.monotonic() + START_LIMIT
-        while time.monotonic() < deadline and launch.poll() is None:
-            try:
-                rospy.get_master().getPid()
-                break
-            except OSError:
-                time.sleep(0.2)
+        wait(launch, START_LIMIT, has_master)
         if launch.poll() is None:
             rospy.init_node("paddock_check", anonymous=True, disable_signals=True)
             report = observe(launch, float(seconds), replay)

@@ -37,20 +37,10 @@ def add_arguments(parser):
     """Declares names, --from and --list."""
     named = parser.add_argument("names", nargs="*", metavar="NAME", help="see above, or a URL")
     named.complete = lambda: [*sources.names(), "gazebo"]
-    parser.add_argument(
-        "--for",
-        dest="users",
-        nargs="+",
-        metavar="PATH",
-        help="bring what the packages at and below a path, of a name or of a launch file lack",
-    )
-    parser.add_argument(
-        "--from",
-        dest="folder",
-        metavar="FOLDER",
-        help="take clones (NAME, NAME.git) or archives (NAME.tar.gz, NAME.zip ...) from there "
-        "instead of the network",
-    )
+    text = "bring what the packages at and below a path, of a name or of a launch file lack"
+    parser.add_argument("--for", dest="users", nargs="+", metavar="PATH", help=text)
+    text = "take clones (NAME, NAME.git) or archives (NAME.tar.gz, NAME.zip ...) from there instead"
+    parser.add_argument("--from", dest="folder", metavar="FOLDER", help=text)
     parser.add_argument("--list", action="store_true", help="tell what there is beside the index")
     parser.add_argument("--refresh", action="store_true", help="take Noetic's index anew")
 
@@ -88,7 +78,10 @@ def add(names, folder, users=()):
     nowhere = bring_all(typed, lacking, folder)
     users = workspace.users_packages()
     new = [name for name in users if name not in before]
-    for line in [*_lines_of_nowhere(nowhere), *sizes(users, new)]:
+    for name, askers in sorted(nowhere.items()):
+        said = f", for {', '.join(askers)}" if askers else ""
+        say(f"{name}{said}: cannot be had")
+    for line in sizes(users, new):
         say(line)
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
@@ -161,13 +154,6 @@ def _top(path):
     return os.path.relpath(path, SOURCES).split(os.sep)[0]
 
 
-def _lines_of_nowhere(nowhere):
-    """Yields what is said of packages that cannot be had."""
-    for name, askers in sorted(nowhere.items()):
-        said = f", for {', '.join(askers)}" if askers else ""
-        yield f"{name}{said}: cannot be had"
-
-
 def sizes(users, names):
     """Yields how much is to be compiled, a line a repository, and about how long it takes.
 
@@ -231,9 +217,8 @@ def leave_copies(names):
     known = sources.folders()
 
     def rank(path):
-        repository = os.path.relpath(path, SOURCES).split(os.sep)[0]
-        last = names.index(repository) if repository in names else -1
-        return repository in known, last
+        repository = _top(path)
+        return repository in known, names.index(repository) if repository in names else -1
 
     for name, folders in sorted(workspace.copies().items()):
         used = max(folders, key=rank)

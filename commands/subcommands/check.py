@@ -16,6 +16,7 @@ import collections
 import contextlib
 import json
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -99,10 +100,8 @@ def observed(files, environ, port, folder, seconds):
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
     for file in files:
         _launch_file(*file[:2], environ)
-    if len(files) == 1:
-        package, name, arguments = files[0]
-        words = [package, name, *arguments]
-    else:
+    words = [*files[0][:2], *files[0][2]]
+    if len(files) > 1:
         words = [together(files, os.path.join(folder, "together.launch"), environ)]
         environ[TOGETHER] = "true"
     result, log = (os.path.join(folder, name) for name in ("result.json", LOG))
@@ -191,21 +190,16 @@ def _companions(files, environ):
 
 def built_elsewhere(folder):
     """A sentence where a package's workspace has the build of another machine, else None."""
-    workspace = os.path.dirname(folder)
-    while workspace != os.path.dirname(workspace):
-        marks = [os.path.join(workspace, *mark) for mark in BUILT]
-        text = "\n".join(map(read, marks))
-        built = re.search(
-            r"^(?:CMAKE_HOME_DIRECTORY:INTERNAL=)?(/.*)/src(?:;|$)", text, re.MULTILINE
-        )
+    pattern = re.compile(r"^(?:CMAKE_HOME_DIRECTORY:INTERNAL=)?(/.*)/src(?:;|$)", re.MULTILINE)
+    for workspace in map(str, pathlib.Path(folder).parents):
+        built = pattern.search("\n".join(read(os.path.join(workspace, *mark)) for mark in BUILT))
+        if built and os.path.realpath(built[1]) == os.path.realpath(workspace):
+            return None
         if built:
-            if os.path.realpath(built[1]) == os.path.realpath(workspace):
-                return None
             return (
                 f"the workspace {workspace} was built as {built[1]}; catkin_make builds it after "
                 f"rm -rf {workspace}/build {workspace}/devel"
             )
-        workspace = os.path.dirname(workspace)
     return None
 
 

@@ -6,7 +6,6 @@ import unittest
 import rosgraph
 import rospy
 import tf2_ros
-from controller_manager_msgs.srv import SwitchController, SwitchControllerRequest
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -71,16 +70,6 @@ class TruckDrive(unittest.TestCase):
         while rospy.get_time() < end:
             self.send(linear, angular)
             sleep_sim(0.04)
-
-    def reach(self, speed):
-        """Repeats a speed ahead until the truck has it [m/s]."""
-
-        def there():
-            self.send(speed, 0.0)
-            sleep_sim(0.04)
-            return abs(self.truth.last.twist.twist.linear.x - speed) < 0.02
-
-        wait_until(there, f"{speed} m/s")
 
     def wait_log(self, *words):
         """Waits for a line of the log with all the words."""
@@ -155,23 +144,3 @@ class TruckDrive(unittest.TestCase):
         pad.publish(Joy(axes=[0.0]))
         self.wait_log("/joy refused", "1 axes")
         pad.unregister()
-
-    def test_silent_joint_states_stop_it_though_commands_come(self):
-        switch = rospy.ServiceProxy(
-            "/cybertruck/controller_manager/switch_controller", SwitchController
-        )
-        name, strict = ["joint_state_controller"], SwitchControllerRequest.STRICT
-        self.hold(0.5, 0.0, 1.0)
-        self.assertTrue(switch(stop_controllers=name, strictness=strict).ok)
-
-        def stands():
-            self.send(0.5, 0.0)
-            sleep_sim(0.04)
-            return abs(self.truth.last.twist.twist.linear.x) < STANDS
-
-        try:
-            wait_until(stands, "the truck standing")
-            self.wait_log("joint_states: no message for 0.5 s")
-        finally:
-            self.assertTrue(switch(start_controllers=name, strictness=strict).ok)
-        self.reach(0.3)

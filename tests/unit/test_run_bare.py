@@ -5,12 +5,11 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
-import zipfile
 
 import pytest
 import run_rig
 from bare_rig import NO_MOUNTS, NO_ROOT, Bare, where_it_works
-from run_rig import PATIENCE, ROOT, run
+from run_rig import PATIENCE, run
 
 NOBODY = 65534
 AS_NOBODY = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
@@ -69,25 +68,6 @@ def test_without_the_right_to_mount_it_is_refused(bare):
     assert (NO_MOUNTS if os.geteuid() == 0 else NO_ROOT) in done.stderr and bare.left() == []
 
 
-def test_without_mmdebstrap_and_apt_it_is_refused(monkeypatch):
-    from commands.subcommands import bare
-
-    monkeypatch.setattr(os, "geteuid", lambda: 0)
-    monkeypatch.setattr(bare, "TOOLS", ("mmdebstrap", "git"))
-    monkeypatch.setattr(bare, "SYSTEM_PATH", "/nowhere")
-    monkeypatch.setenv("PATH", "/nowhere")
-    with pytest.raises(bare.Refusal, match="needs mmdebstrap and git, and there is no apt-get"):
-        bare.check()
-
-
-def test_what_is_no_clone_is_refused(bare):
-    shutil.rmtree(bare.root / ".git")
-    done = bare.run("true")
-    assert done.returncode == 2
-    words = f"gets what is committed, and {bare.root} is no git clone"
-    assert words in done.stderr or NO_ROOT in done.stderr or NO_MOUNTS in done.stderr
-
-
 @where_it_works
 def test_the_command_sees_a_machine_of_its_own(bare):
     line = "echo $$ $PWD; compgen -e; echo [$CI] $HOME; ls / /dev; cat /etc/apt/sources.list"
@@ -107,17 +87,6 @@ def test_the_command_sees_a_machine_of_its_own(bare):
     assert "PIP_CACHE_DIR" not in names
     assert {"project", "proc", "null", "shm", "pts"} <= set(lines) and "sda" not in lines
     assert lines[-1].endswith(" bookworm main") and bare.left() == []
-
-
-@where_it_works
-def test_the_committed_project_is_there(bare):
-    (bare.root / "config" / "new.txt").write_text("not committed")
-    done = bare.run("ls", "-a", "/project", "/project/config")
-    listed = done.stdout.splitlines()
-    assert {".git", "run", "commands", "requirements.txt"} <= set(listed)
-    if shutil.which("git"):
-        assert "new.txt" not in listed
-        assert "bare: not in it: 1 changed or new files, which are not committed" in listed
 
 
 @where_it_works
@@ -154,75 +123,3 @@ def test_results_come_back(bare):
     assert (results / "bare" / "unit" / "a.xml").read_text() == "third\n"
     assert bare.run("true").returncode == 0  # which leaves nothing
     assert (results / "bare" / "unit" / "a.xml").exists() and bare.left() == []
-
-
-@where_it_works
-def test_downloads_are_kept(bare):
-    with zipfile.ZipFile(bare.root.parent / "wheel", "w") as stream:
-        stream.writestr("a", "b")
-    whole = "".join(f"\\x{byte:02x}" for byte in (bare.root.parent / "wheel").read_bytes())
-    done = bare.run(
-        f"mkdir -p .cache/wheels; printf '{whole}' >.cache/wheels/a.whl; "
-        "echo x >/var/cache/apt/archives/a_1_all.deb; "
-        "echo half >.cache/wheels/b.whl; echo y >/root/.cache/pip/c; exit 1"
-    )
-    assert done.returncode == 1, done.stderr
-    done = bare.run("ls /var/cache/apt/archives .cache/wheels /root/.cache/pip")
-    assert {"a_1_all.deb", "a.whl", "c"} <= set(done.stdout.splitlines())
-    assert "b.whl" not in done.stdout
-    assert not (bare.cache / "apt" / "trixie").exists() and bare.left() == []
-
-
-@where_it_works
-def test_debian_is_made_once(tmp_path):
-    """mmdebstrap fails first, and says why; then it makes the Debian, which is kept."""
-    bare = Bare(tmp_path)
-    bare.program("mmdebstrap", "echo no such mirror; exit 4")
-    done = bare.run("--suite", "trixie", "true")
-    assert done.returncode == 1 and "    | no such mirror\n" in done.stderr
-    assert "mmdebstrap made no Debian trixie from http" in done.stderr and bare.left() == []
-    bare.tarball("tiny")
-    bare.program("mmdebstrap", f"cp {bare.cache}/tiny.tar $TMPDIR/base.tar; echo called >>$MARK")
-    for _ in range(2):
-        done = bare.run("--suite", "trixie", "cat /etc/apt/sources.list")
-        assert done.returncode == 0 and done.stdout.endswith(" trixie main\n"), done.stderr
-    assert bare.mark.read_text() == "called\n" and (bare.cache / "trixie.tar").exists()
-
-
-CI_RUN = """#!/bin/sh
-case "$1 $2" in
-  'bare --check') [ -z "$REFUSAL" ] && exit; echo "$REFUSAL" >&2; exit 2 ;;
-  'bare '*) echo on a bare Debian; shift; exec "$@" ;;
-esac
-echo "$@"
-[ "$*" != "$FAILS" ]
-"""
-
-
-DEMO = "demo real_time_factor:=0.5"
-LONG = (
-    "test long learning --ignore=tests/learning/test_ray.py --ignore=tests/learning/test_sweeps.py"
-)
-
-
-@pytest.mark.parametrize(
-    "refusal, first", [("", "on a bare Debian"),
-                       ("run: no root", "not on a bare Debian but right here: no root")],
-)  # fmt: skip
-@pytest.mark.parametrize(
-    "fails, status, last", [("", 0, "test unit -j 1"), (DEMO, 1, DEMO),
-                            ("test soak", 1, "test soak"), ("test unit -j 1", 1, "test unit -j 1")],
-)  # fmt: skip
-def test_ci_says_where_it_runs(tmp_path, refusal, first, fails, status, last):
-    """.ci/run with a ./run that only tells what it is asked for."""
-    (tmp_path / ".ci").mkdir()
-    shutil.copy(ROOT / ".ci" / "run", tmp_path / ".ci")
-    (tmp_path / "run").write_text(CI_RUN)
-    (tmp_path / "run").chmod(0o755)
-    done = subprocess.run(
-        [tmp_path / ".ci" / "run", "unit", "-j", "1"], capture_output=True, text=True,
-        env={**os.environ, "REFUSAL": refusal, "FAILS": fails}, timeout=PATIENCE,
-    )  # fmt: skip
-    steps = [DEMO, "test soak", LONG, "test unit -j 1"]
-    said = [first, *steps[: steps.index(last) + 1]]
-    assert (done.returncode, done.stdout.splitlines(), done.stderr) == (status, said, "")

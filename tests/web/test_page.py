@@ -167,14 +167,6 @@ def test_thumbs_drive_the_car_on_a_phone(page, node):
     assert browser.errors() == []
 
 
-def test_a_page_that_is_closed_stops_the_car(page, node):
-    browser = page()
-    browser.key("KeyW", True)
-    wait(lambda: node.commands, "a command")
-    browser.driver.get("about:blank")
-    wait(node.last_is_zero, "the zero")
-
-
 def test_cruise_and_slider(page, node):
     browser = page()
     browser.run("document.getElementById('cruise').click()")
@@ -363,15 +355,6 @@ def test_rays_contacts_and_names_of_frames_are_drawn_on_demand(page):
     browser.run("page.panels.choose(page.world.body('box_1')); page.act('remove')")
     wait(lambda: browser.run("return page.world.body('box_1') === null"), "the box gone")
     assert browser.errors() == []
-
-
-def test_without_the_token_nothing_is_shown(web, browsers):
-    browser = browsers(width=800, height=600)
-    token = web.url.split("/")[3]
-    for wrong in (token[:-1], "x"):
-        browser.driver.get(web.url.replace(token, wrong))
-        assert "403" in browser.driver.page_source or "HTTP ERROR" in browser.driver.page_source
-        assert not browser.run("return typeof page !== 'undefined' && Boolean(page.world)")
 
 
 def recorded(topics):
