@@ -16,7 +16,6 @@ ENTERS = re.compile(
 LOADED_BY = {  # folder -> the import that has to load its files
     "bullet_sim/plugins": "bullet_sim.plugins",
     "bullet_sim/controllers": "bullet_sim.controllers",
-    "bullet_sim/parts": "bullet_sim.parts",
     "bullet_bridge/plugins": "bullet_bridge.plugins",
     "bullet_bridge/control": "bullet_bridge.robots",
 }
@@ -49,10 +48,9 @@ THERMOMETER = '''"""A thermometer."""
 
 from dataclasses import dataclass
 
-from bullet_bridge.plugins.base import Sensor, ros_side
+from bullet_sim.parts.base import Sensor, part_of
 from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.spec import SensorSpec, number, rate_of, topic_of
-from std_msgs.msg import Float64
 
 
 @sensor_plugin("gazebo_ros_thermometer", types=("thermometer",))  # libgazebo_ros_thermometer.so
@@ -63,12 +61,12 @@ class ThermometerSpec(SensorSpec):
     topic: str = topic_of("topicName", "temperature")
 
 
-@ros_side(ThermometerSpec)
+@part_of(ThermometerSpec)
 class Thermometer(Sensor):
-    message = Float64
+    MESSAGE, FIELDS = "std_msgs/Float64", {"data": 1}
 
-    def measure(self, time: float) -> Float64:
-        return Float64(self.spec.heat + self.rng.normal(0.0, 0.1))
+    def measure(self, time):
+        return ([self.spec.heat + self.rng.normal(0.0, 0.1)],)
 '''
 HEATED = """<robot name="r"><link name="l"><inertial><mass value="1"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo reference="l">
@@ -76,14 +74,16 @@ HEATED = """<robot name="r"><link name="l"><inertial><mass value="1"/>
 <heat>30</heat></plugin></sensor></gazebo></robot>"""
 READ = """
 import sys
-from bullet_bridge import plugins
-from bullet_bridge.plugins.base import ROS_SIDE
+from bullet_sim import plugins
 from bullet_sim.registry import load_files
 plugins.__path__.append(sys.argv[1])  # as if the file were there
 load_files(plugins.__name__, plugins.__path__)
+import bullet_bridge.plugins
+from bullet_bridge.plugins.base import ROS_SIDE, ModelPlugin
 from bullet_sim.formats.urdf import parse_urdf
 (spec,) = parse_urdf(sys.argv[2], str).sensors
-print(spec.heat, spec.topic, spec.link, ROS_SIDE[type(spec)].__name__)
+kind = ROS_SIDE[type(spec)]
+print(spec.heat, spec.topic, spec.link, kind.__name__, issubclass(kind, ModelPlugin))
 """
 
 
@@ -91,4 +91,4 @@ def test_a_sensor_is_one_file(tmp_path):
     (tmp_path / "thermometers.py").write_text(THERMOMETER)
     command = [sys.executable, "-c", READ, str(tmp_path), HEATED]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    assert done.stdout.splitlines()[-1] == "30.0 /temperature l Thermometer"
+    assert done.stdout.splitlines()[-1] == "30.0 /temperature l Thermometer True"

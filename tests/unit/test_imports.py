@@ -205,7 +205,7 @@ SUITES = {
     "paddock_common": ("process", ""),
     "bullet_sim": (
         "errors pose component registry files child description snapshot kinematics xml_reader "
-        "plugins formats meshes engine controllers models sensors render world parts"
+        "meshes engine controllers models sensors render parts plugins formats world robots"
     ).split(),
     "bullet_bridge": (
         "srv",

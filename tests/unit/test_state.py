@@ -15,7 +15,7 @@ import bullet_bridge
 import bullet_sim
 
 # Methods before the simulation runs, or after: what they assign is configured, not state.
-BEFORE = {"__init__", "attach", "close", "configure"}
+BEFORE = {"__init__", "attach", "close", "configure", "make_output"}
 CHANGES = {*"add append appendleft clear discard extend insert pop popleft remove".split()}
 CHANGES |= {"setdefault", "update"}
 

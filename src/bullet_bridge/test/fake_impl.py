@@ -131,7 +131,7 @@ def plugin_of(world, model, spec, seed=0, received=None):
     sensors = model.description.sensors
     number = next((index for index, other in enumerate(sensors) if other is spec), len(sensors))
     context = PluginContext(
-        world, model, spec, seed, received or FakeReceivedCounts(), FakeCameras(), number=number
+        world, model, spec, seed, number, FakeCameras(), received=received or FakeReceivedCounts()
     )
     return make_plugin(context)
 

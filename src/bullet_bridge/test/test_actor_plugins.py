@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins.actors import entry, social_force
 from bullet_sim.formats.sdf.world import parse_world
+from bullet_sim.plugins.actors import entry, social_force
 from bullet_sim.world import World
 from fake_impl import plugin_of
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_bridge.plugins import forces
+from bullet_bridge.plugins import base
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.plugins.forces import (
@@ -243,7 +243,7 @@ def test_a_wrench_by_topic_acts_in_each_step_along_the_worlds_axes(world, topics
     assert linear == pytest.approx((0.1 * 4.0 / MASS, 0.0, 0.0), abs=1e-9)
     assert angular[2] == pytest.approx(0.1 * 0.1 / INERTIA)
     logged = []
-    monkeypatch.setattr(forces.rospy, "logerr_throttle", lambda _, text: logged.append(text))
+    monkeypatch.setattr(base.rospy, "logerr", lambda _, text: logged.append(text))
     wrench.force.x = math.nan
     received.take(wrench)
     run(plugin, world, 100)

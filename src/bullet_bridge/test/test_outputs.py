@@ -5,12 +5,11 @@ from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins import drives as wheel_plugins
+from bullet_bridge.plugins import base
 from bullet_bridge.plugins.base import ROS_SIDE
 from bullet_bridge.plugins.cameras import PointClouds
 from bullet_bridge.transport import conversions, publishing
 from bullet_bridge.transport.senders import sender
-from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.parts.outputs import ImageOutput
@@ -18,7 +17,7 @@ from bullet_sim.plugins import drives, lidars
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.plugins.custom import CustomSpec
-from bullet_sim.plugins.drives import BaseSpec, SidesSpec
+from bullet_sim.plugins.drives import BaseSpec, SidesSpec, WheelDrive
 from bullet_sim.plugins.forces import LinkForceSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.plugins.spec import PluginSpec, SensorSpec
@@ -521,7 +520,7 @@ def test_the_wheels_are_braked_before_the_first_update(topics, world):
 @pytest.mark.parametrize("source", ["world", "encoder"])
 def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, tags, source):
     logged = []
-    monkeypatch.setattr(wheel_plugins.rospy, "logerr_throttle", lambda _, text: logged.append(text))
+    monkeypatch.setattr(base.rospy, "logerr", lambda _, text: logged.append(text))
     cart = world.spawn_urdf(
         "cart",
         CART.format(f"{tags}<odometrySource>{source}</odometrySource>"),

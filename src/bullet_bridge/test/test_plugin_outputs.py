@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rospy
-from bullet_bridge.plugins import drives, lidars
+from bullet_bridge.plugins import base, lidars
 from bullet_bridge.transport.conversions import vector
 from bullet_sim.formats.sdf.world import ground_plane, parse_world
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
@@ -490,7 +490,7 @@ def test_planar_move(topics, world, cart, monkeypatch):
     assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
     logged = []
-    monkeypatch.setattr(drives.rospy, "logerr_throttle", lambda _period, text: logged.append(text))
+    monkeypatch.setattr(base.rospy, "logerr", lambda _, text: logged.append(text))
     command.linear.x = math.nan
     received.take(command)
     output.update(world.time, 0.0)

@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from bullet_bridge.plugins import servos
+from bullet_bridge.plugins import base
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.servos import ServoSpec
+from bullet_sim.plugins.servos import ServoSpec, euler
 from bullet_sim.pose import Pose, multiply
 from fake_impl import fake_publishers, plugin_of
 from geometry_msgs.msg import Quaternion, QuaternionStamped
@@ -37,7 +37,7 @@ def robot(tags, library="servo_plugin"):
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    monkeypatch.setattr(servos.ServoPlugin, "transforms", lambda _: None)
+    monkeypatch.setattr(base.RosPart, "transforms", lambda _: None)
     return fake_publishers(monkeypatch)
 
 
@@ -51,7 +51,7 @@ def about(axis, angle):
 def test_angles_are_those_of_turns_about_the_axes(convention):
     turns = (0.3, -0.4, 0.5)
     one, two, three = (about(axis, angle) for axis, angle in zip(convention, turns))
-    found = servos.euler(multiply(multiply(one, two), three), convention)
+    found = euler(multiply(multiply(one, two), three), convention)
     assert found == pytest.approx(turns)
 
 

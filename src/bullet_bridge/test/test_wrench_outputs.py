@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rospy
 from bot_rig import Bot
-from bullet_bridge.plugins import drives, forces
+from bullet_bridge.plugins import base
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
@@ -80,7 +80,7 @@ def test_the_net_force_on_a_falling_link_is_its_weight(topics, world):
 def test_the_hand_of_god_pulls_without_overshoot(topics, world, monkeypatch):
     tags = {"linkName": "a", "frameId": "hand", "kl": "100", "ka": "50"}
     text = f'<robot name="r">{LINK.format("a")}{_plugin("gazebo_ros_hand_of_god", tags)}</robot>'
-    monkeypatch.setattr(forces.HandOfGodPlugin, "transforms", lambda _: None)
+    monkeypatch.setattr(base.RosPart, "transforms", lambda _: None)
     model, output = _output(world, text)
     desired = Pose.from_xyz_rpy((0.5, 0.0, 1.0), (0.0, 0.0, 0.8))
     monkeypatch.setattr(output, "_desired", lambda: desired)
@@ -111,7 +111,7 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
     assert not output.needs_update()
     errors = []
-    monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
+    monkeypatch.setattr(base.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
     output._on_trajectory(JointTrajectory(header, ["j", "nose", "ear"], points))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))
     assert errors == [

@@ -4,9 +4,15 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from bullet_sim.controllers.bases import TricycleMotion, after_arc
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.bases import UNLIMITED, ForceMoveSpec, ManyWheelsSpec, TricycleSpec
+from bullet_sim.plugins.bases import (
+    UNLIMITED,
+    ForceMoveSpec,
+    ManyWheelsSpec,
+    TricycleMotion,
+    TricycleSpec,
+    after_arc,
+)
 from bullet_sim.plugins.forces import SlippingWheel
 
 pytestmark = pytest.mark.usefixtures("sketches")

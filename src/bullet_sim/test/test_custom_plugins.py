@@ -8,7 +8,7 @@ from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
 from bullet_sim.plugins.custom import CustomSpec, custom_plugin, custom_sensor
-from bullet_sim.plugins.xml import ZERO_POSE
+from bullet_sim.pose import ZERO_POSE
 from bullet_sim.registry import Registry
 
 pytestmark = pytest.mark.usefixtures("sketches")

@@ -6,12 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 from bullet_sim.controllers import configure
-from bullet_sim.controllers.drive import Odometry, WheelDrive
+from bullet_sim.controllers.drive import Odometry
 from bullet_sim.controllers.drive_settings import SpeedLimiter
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.model import Geometry
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins.drives import WheelDrive
 from bullet_sim.pose import Pose
 from fake_joints import FakeJoints
 

@@ -6,8 +6,7 @@ import sys
 import numpy as np
 import pytest
 from bullet_sim.engine.api import Rays
-from bullet_sim.formats import elevation
-from bullet_sim.meshes import terrain
+from bullet_sim.meshes import elevation, terrain
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from osgeo import gdal, osr

@@ -10,10 +10,9 @@ from bullet_sim.description.world import SUN, Fog, Scene
 from bullet_sim.engine.api import Rays
 from bullet_sim.engine.bullet.client import Client
 from bullet_sim.errors import RenderError
-from bullet_sim.plugins.cameras import Distortion, Intrinsics, Lens
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer, projection
-from bullet_sim.render.request import CameraRequest, Quality
+from bullet_sim.render.request import CameraRequest, Distortion, Intrinsics, Lens, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from bullet_sim.world import World

@@ -9,11 +9,11 @@ import pytest
 from bullet_sim.description.model import Geometry, Shape, VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import CameraSpec, Distortion, Intrinsics, Lens
+from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.lenses import plan_distortion
-from bullet_sim.render.request import CameraRequest, Quality
+from bullet_sim.render.request import CameraRequest, Distortion, Intrinsics, Lens, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, Snapshot
 from pinhole import OPTICAL_FROM_CAMERA, project

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.plugins.inertial import ErrorModel
-from bullet_sim.sensors.errors import SensorErrors
+from bullet_sim.sensors.errors import ErrorModel, SensorErrors
 
 THREE = (1.0, 1.0, 1.0)
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from bullet_sim.formats.sdf.world import parse_model
-from bullet_sim.plugins.inertial import BiasModel
-from bullet_sim.sensors.errors import Bias
+from bullet_sim.sensors.errors import Bias, BiasModel
 
 
 def imu_of(inside, plugin=""):

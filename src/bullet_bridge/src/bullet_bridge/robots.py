@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import rospy
 from bullet_sim.errors import ControllerError
 from bullet_sim.parts.base import noise_seed
-from bullet_sim.parts.control import Loop
 from bullet_sim.plugins.custom import CustomSpec
+from bullet_sim.robots import Loop
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
@@ -136,7 +136,14 @@ class Robots(Loop):
         """Append one of a model's plugins to a list; one that fails is skipped."""
         seed, spec = noise_seed(self._seed, model.name, index), with_prefixes(spec)
         context = PluginContext(
-            self._world, model, spec, seed, self.received, self._cameras, self._jobs, index
+            self._world,
+            model,
+            spec,
+            seed,
+            index,
+            self._cameras,
+            received=self.received,
+            jobs=self._jobs,
         )
         custom = isinstance(spec, CustomSpec)
         try:

@@ -19,8 +19,11 @@ Array: TypeAlias = np.ndarray  # numpy.typing takes 6 to 30 ms to import
 Vector = Union[Sequence[float], Array]
 Vec3 = Tuple[float, float, float]
 Quat = Tuple[float, float, float, float]
+PoseTuple = Tuple[Vec3, Vec3]  # xyz [m], rpy [rad]
 Motion = Tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
 
+ZERO: Vec3 = (0.0, 0.0, 0.0)
+ZERO_POSE: PoseTuple = (ZERO, ZERO)
 MAX_POSITION = 1e9  # [m] bound of a placeable position
 QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalized
 PLACEABLE = (

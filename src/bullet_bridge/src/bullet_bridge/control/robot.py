@@ -12,7 +12,6 @@ import rospy
 from bullet_sim.controllers import CONTROLLERS
 from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
-from bullet_sim.parts import control
 from std_msgs.msg import Bool
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
@@ -23,6 +22,7 @@ from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
 from bullet_bridge.transport.reconfigure import ValuesServer
+from bullet_sim import robots as control
 
 if TYPE_CHECKING:
     from bullet_sim.controllers import Controller

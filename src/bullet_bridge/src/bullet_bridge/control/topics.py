@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
 from bullet_sim.controllers.drive_settings import DriveConfig
-from bullet_sim.parts import control
 from bullet_sim.parts.outputs import Output
 from bullet_sim.parts.schedule import SubscribedSchedule
 from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
@@ -24,10 +23,10 @@ from bullet_bridge.plugins.base import (
     RosPart,
     has_subscribers,
     make_plugin,
-    message_class,
 )
 from bullet_bridge.transport.conversions import header
-from bullet_bridge.transport.senders import sender
+from bullet_bridge.transport.senders import message_class, sender
+from bullet_sim import robots as control
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
@@ -400,7 +399,7 @@ class Sensors(Topics):
         super().__init__(robot, controller)
         self._sensors, config = [], self.config
         for spec in robot.model.description.sensors:
-            if type(spec) is not controller.sensor:
+            if vars(type(spec)).get("INTERFACE") != controller.interface:
                 continue
             name = getattr(spec, "joint", spec.name)
             rate = min(config.publish_rate, 1.0 / robot.world.time_step)

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from logging import ERROR, INFO, WARNING
+from typing import Any, ClassVar, TypeVar
 
 import roslib.message
 import rospy
+from bullet_sim.errors import SimError
 from bullet_sim.parts import base as parts
 from bullet_sim.parts.outputs import Output
+from bullet_sim.pose import Pose
+from paddock_common.reconfigure import describe
 from rospy.impl.registration import get_topic_manager
 
 from bullet_bridge.loop.received import Counted
 from bullet_bridge.transport.publishing import all_or_none, check_type, note_endpoint, publisher
 from bullet_bridge.transport.reconfigure import ValuesServer
-from bullet_bridge.transport.senders import sender
-
-if TYPE_CHECKING:
-    from bullet_sim.models.model import Model
-    from bullet_sim.world import World
+from bullet_bridge.transport.senders import message_class, sender
 
 P = TypeVar("P", bound="ModelPlugin")
 T = TypeVar("T")
@@ -39,26 +39,16 @@ def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
 
 
 @dataclass(frozen=True)
-class PluginContext:
-    """What a plugin gets when its model is connected.
+class PluginContext(parts.PartContext):
+    """What a plugin gets in ROS when its model is connected.
 
     Attributes:
-        spec: its entry in the model's file.
-        seed: of its noise.
-        number: of the entry in the model's file, from 0.
         received: ReceivedCounts of the messages that it receives.
-        cameras: Cameras, which have images rendered.
         jobs: JobQueue of the simulation thread.
     """
 
-    world: World
-    model: Model
-    spec: Any
-    seed: int = 0
     received: Any = None
-    cameras: Any = None
     jobs: Any = None
-    number: int = 0
 
 
 def make_plugin(
@@ -117,13 +107,24 @@ class RosPart:
         """Resolved names of the topics that it subscribes to."""
         return {endpoint.topic for endpoint in self._endpoints if isinstance(endpoint, Counted)}
 
-    def service(self, name: str, service: type, handler: Callable[[Any], Any]) -> None:
+    def service(self, name: str, service: Any, handler: Callable[[Any], Any]) -> None:
         """Offer a service; one whose name is taken is skipped with a warning, as in Gazebo.
 
         Args:
-            handler: function of a request; runs in a thread of its own, see ModelPlugin.call.
+            service: its type, or the name of it.
+            handler: see Part.service.
         """
-        self._offer(name, lambda: _ServiceEndpoint(rospy.Service(name, service, handler)))
+        kind = roslib.message.get_service_class(service) if isinstance(service, str) else service
+
+        def handle(request: Any) -> Any:
+            try:
+                response = handler(request)
+            except SimError as error:
+                raise rospy.ServiceException(str(error)) from None
+            fields = {} if response is None else response
+            return kind._response_class(**fields) if isinstance(fields, dict) else fields
+
+        self._offer(name, lambda: _ServiceEndpoint(rospy.Service(name, kind, handle)))
 
     def reconfigure(
         self,
@@ -135,19 +136,18 @@ class RosPart:
         """Offer parameters by dynamic_reconfigure, skipped as a service is.
 
         Args:
-            config: module that dynamic_reconfigure's generator would make.
+            config: see Part.reconfigure; or a module that dynamic_reconfigure's generator makes.
             values: name -> first value.
             callback: as of dynamic_reconfigure's Server; runs in a thread of its own.
         """
+        config = describe(config) if isinstance(config, tuple) else config
         self._offer(namespace, lambda: ValuesServer(config, values, callback, namespace))
 
-    def transforms(self) -> Any:
-        """Buffer of the transforms on /tf."""
-        import tf2_ros  # takes a while, and few models need it
-
-        buffer = tf2_ros.Buffer()
-        self._endpoints.append(tf2_ros.TransformListener(buffer))
-        return buffer
+    def transforms(self) -> Transforms:
+        """What finds transforms on /tf, from now on."""
+        found = Transforms()
+        self._endpoints.append(found)
+        return found
 
     def _offer(self, name: str, make: Callable[[], Any]) -> None:
         try:
@@ -162,6 +162,25 @@ class RosPart:
         """Unregister the topics and services."""
         for endpoint in self._endpoints:
             endpoint.unregister()
+
+
+class Transforms:
+    """The transforms on /tf."""
+
+    def __init__(self) -> None:
+        import tf2_ros  # takes a while, and few models need it
+
+        self._buffer, self._error = tf2_ros.Buffer(), tf2_ros.TransformException
+        self.unregister = tf2_ros.TransformListener(self._buffer).unregister
+
+    def pose_in(self, frame: str, child: str) -> Pose:
+        """The latest pose of a frame in another; raises a LookupError where there is none."""
+        try:
+            found = self._buffer.lookup_transform(frame, child, rospy.Time(0)).transform
+        except self._error as error:
+            raise LookupError(str(error)) from error
+        p, q = found.translation, found.rotation
+        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
 class _ServiceEndpoint:
@@ -182,6 +201,7 @@ class ModelPlugin(RosPart, parts.Part):
     def __init__(self, context: PluginContext) -> None:
         RosPart.__init__(self, context.received)
         super(RosPart, self).__init__(context)  # of the Part that it is
+        self.offer()
         self.configure(getattr(self.spec, "xml", None))
 
     def configure(self, sdf: Any) -> None:
@@ -198,14 +218,8 @@ class ModelPlugin(RosPart, parts.Part):
         """What sends on a topic of ROS, see Sender."""
         return sender(self, output)
 
-    def log_warning(self, text: str) -> None:
-        rospy.logwarn("%s", text)
-
-    def log_error(self, text: str, every: float = 0.0) -> None:
-        if every:
-            rospy.logerr_throttle(every, text)
-        else:
-            rospy.logerr("%s", text)
+    def log(self, level: int, text: str) -> None:
+        {INFO: rospy.loginfo, WARNING: rospy.logwarn, ERROR: rospy.logerr}[level]("%s", text)
 
     def listen(self) -> None:
         """Subscribe to commands, once."""
@@ -230,11 +244,6 @@ class ModelPlugin(RosPart, parts.Part):
         RosPart.close(self)
 
 
-def message_class(message: Any) -> Any:
-    """Class of a message's type, which may be its name."""
-    return roslib.message.get_message_class(message) if isinstance(message, str) else message
-
-
 class Preparing(ModelPlugin, parts.Preparing):
     """Acts when its model is there and after each reset alone."""
 
@@ -255,9 +264,8 @@ class Sensor(ModelPlugin, parts.Sensor):
         super().__init__(context)
         self.pub = self.publisher(self.spec.topic, self.message, relayed=self.relayed)
 
-    def measure(self, time: float) -> Any:
-        """A message for simulated time [s], or None."""
-        raise NotImplementedError
+    def make_output(self) -> None:
+        """Its messages are made by measure(): one for a simulated time [s], or None."""
 
     def update(self, time: float, period: float) -> None:
         message = self.measure(time)

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
-from bullet_sim.parts import cameras as parts
 from bullet_sim.parts.outputs import DepthPointsOutput
-from bullet_sim.plugins import cameras as specs
+from bullet_sim.plugins import cameras as core
 from bullet_sim.pose import Array
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
@@ -218,8 +217,8 @@ IMAGER = describe(  # gazebo_plugins/GazeboRosCamera.cfg
 )
 
 
-@ros_side(specs.CameraSpec)
-class CameraSensor(ModelPlugin, parts.CameraSensor):
+@ros_side(core.CameraSpec)
+class CameraSensor(ModelPlugin, core.CameraSensor):
     """sensor_msgs/Image, CompressedImage and CameraInfo; images come from the render worker.
 
     Attributes:
@@ -316,8 +315,8 @@ class CameraSensor(ModelPlugin, parts.CameraSensor):
         return info
 
 
-@ros_side(specs.TriggeredCameraSpec)
-class TriggeredCameraSensor(CameraSensor, parts.TriggeredCameraSensor):
+@ros_side(core.TriggeredCameraSpec)
+class TriggeredCameraSensor(CameraSensor, core.TriggeredCameraSensor):
     """One image for each trigger that arrives while there are subscribers."""
 
     def _on_rate(self, config: Any, _level: int) -> Any:
@@ -378,8 +377,8 @@ def _depth_points(part: Any, output: DepthPointsOutput) -> Converted:
     return Converted(publisher, PointClouds(output.spec, output.k).message)
 
 
-@ros_side(specs.DepthCameraSpec)
-class DepthCameraSensor(CameraSensor, parts.DepthCameraSensor):
+@ros_side(core.DepthCameraSpec)
+class DepthCameraSensor(CameraSensor, core.DepthCameraSensor):
     """A color camera's topics, depth images with their camera_info, and points."""
 
     def __init__(self, context: PluginContext) -> None:
@@ -398,8 +397,8 @@ class DepthCameraSensor(CameraSensor, parts.DepthCameraSensor):
             self._depth_info.publish(self.info_message(time))
 
 
-@ros_side(specs.RangeCameraSpec)
-class RangeCameraSensor(CameraSensor, parts.RangeCameraSensor):
+@ros_side(core.RangeCameraSpec)
+class RangeCameraSensor(CameraSensor, core.RangeCameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
     compresses = False

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from bullet_sim.parts.contacts import ContactPair
 from bullet_sim.parts.outputs import ContactsOutput
+from bullet_sim.plugins.contacts import ContactPair
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Wrench
 

@@ -11,9 +11,8 @@ import numpy as np
 import rospkg
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.files import read_unpacked
-from bullet_sim.parts import lidars as parts
 from bullet_sim.parts.outputs import PointsOutput
-from bullet_sim.plugins import lidars as specs
+from bullet_sim.plugins import lidars as core
 from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.lidar import PatternLidar
 from geometry_msgs.msg import Point32
@@ -21,7 +20,6 @@ from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
-from bullet_bridge.plugins.errors import Tuned
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.senders import Converted, sends
 
@@ -49,7 +47,7 @@ _FIELDS = [
 
 def velodyne_cloud(
     time: float,
-    spec: specs.CloudSpec,
+    spec: core.CloudSpec,
     points: Array,
     rings: Array,
     intensities: Array | None = None,
@@ -73,7 +71,7 @@ def velodyne_cloud(
     return conversions.cloud(header, data, _FIELDS, not spec.organized)
 
 
-def block_cloud(time: float, spec: specs.BlockCloudSpec, points: Array, values: Array) -> Any:
+def block_cloud(time: float, spec: core.BlockCloudSpec, points: Array, values: Array) -> Any:
     """sensor_msgs/PointCloud of points (n, 3) [m] with intensities (n,)."""
     return PointCloud(
         header=conversions.header(time, spec.frame_id),
@@ -88,11 +86,6 @@ def _points(part: Any, output: PointsOutput) -> Converted:
     kind, convert = (PointCloud, block_cloud) if is_block else (PointCloud2, velodyne_cloud)
     pub = part.publisher(output.topic, kind, relayed=False)
     return Converted(pub, lambda time, *values: convert(time, output.spec, *values))
-
-
-@ros_side(specs.RangeSpec)
-class RangeSensor(Tuned, parts.RangeSensor):
-    """sensor_msgs/Range with errors that can be changed."""
 
 
 # livox_laser_simulation's layouts of a point.
@@ -160,8 +153,8 @@ def _read_pattern_of(path: str) -> Array:
     return pattern
 
 
-@ros_side(specs.PatternSpec)
-class PatternSensor(Sensor, parts.RaysSensor):
+@ros_side(core.PatternSpec)
+class PatternSensor(Sensor, core.RaysSensor):
     """The messages of livox_laser_simulation, and its transforms of the sensor and its link.
 
     Raises:
@@ -191,8 +184,8 @@ class PatternSensor(Sensor, parts.RaysSensor):
             raise ModelError(f"publish_pointcloud_type is {number}, must be 0, 1, 2 or 3")
         return PointCloud if number == 0 else PointCloud2
 
-    def _make_lidar(self) -> PatternLidar:
-        return PatternLidar(self.spec, _read_pattern_of(self.spec.pattern))
+    def _make_lidar(self, spec: Any) -> PatternLidar:
+        return PatternLidar(spec, _read_pattern_of(spec.pattern))
 
     def reset(self, time: float) -> None:
         """From the first ray of the pattern on."""

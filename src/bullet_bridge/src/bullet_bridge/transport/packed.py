@@ -101,6 +101,7 @@ class PackedJointState(Packed):
 
     Args:
         with_efforts, with_velocities: whether there is one for each name, or none at all.
+        frame: frame_id of the header.
     """
 
     def __init__(
@@ -109,10 +110,11 @@ class PackedJointState(Packed):
         names: Sequence[str],
         with_efforts: bool = True,
         with_velocities: bool = True,
+        frame: str = "",
     ) -> None:
         super().__init__(publisher)
         self._constant = (
-            pack_string("") + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
+            pack_string(frame) + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
         )
         count = len(names)
         self._efforts, self._velocities = count * with_efforts, count * with_velocities

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from typing import Any
 
+import roslib.message
 from bullet_sim.parts import outputs
 from bullet_sim.parts.outputs import Output
-from geometry_msgs.msg import Vector3, Vector3Stamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Image, Imu, JointState, LaserScan, MagneticField, NavSatFix, Range
+from sensor_msgs.msg import Image, Imu, JointState, LaserScan, NavSatFix
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.transport import conversions
@@ -24,6 +25,11 @@ from bullet_bridge.transport.packed import (
 
 # Class of an Output -> function of a RosPart and the Output that makes what sends it.
 SENDERS: dict[type[Output], Callable[[Any, Any], Any]] = {}
+
+
+def message_class(message: Any) -> Any:
+    """Class of a message's type, which may be its name."""
+    return roslib.message.get_message_class(message) if isinstance(message, str) else message
 
 
 def sender(part: Any, output: Output) -> Any:
@@ -58,8 +64,9 @@ class Converted:
 
 @sends(outputs.JointStatesOutput)
 def _joint_states(part: Any, output: outputs.JointStatesOutput) -> PackedJointState:
-    has = [name in output.parts for name in ("effort", "velocity")]
-    return PackedJointState(part.publisher(output.topic, JointState), output.names, *has)
+    efforts, velocities = (name in output.parts for name in ("effort", "velocity"))
+    pub = part.publisher(output.topic, JointState)
+    return PackedJointState(pub, output.names, efforts, velocities, output.frame_id)
 
 
 @sends(outputs.OdometryOutput)
@@ -111,20 +118,9 @@ def _image(part: Any, output: outputs.ImageOutput) -> Any:
     return PackedImage(pub, output.frame_id, output.encoding)
 
 
-def _range(spec: Any, time: float, values: Any) -> Range:
-    return Range(
-        header=conversions.header(time, spec.frame_id),
-        radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
-        field_of_view=spec.field_of_view,
-        min_range=spec.range_min,
-        max_range=spec.range_max,
-        range=values[0],
-    )
-
-
-def _fix(spec: Any, time: float, place: Any, status: Any, errors: Any) -> NavSatFix:
+def _fix(output: Any, time: float, place: Any, status: Any, errors: Any) -> NavSatFix:
     """Of a latitude, longitude [degrees] and altitude [m]; status and services; an ErrorModel."""
-    fix = NavSatFix(header=conversions.header(time, spec.frame_id))
+    fix = NavSatFix(header=conversions.header(time, output.frame_id))
     fix.status.status, fix.status.service = status
     fix.latitude, fix.longitude, fix.altitude = place
     variances = [n**2 + d**2 for n, d in zip(errors.noise, errors.drift)]
@@ -133,26 +129,33 @@ def _fix(spec: Any, time: float, place: Any, status: Any, errors: Any) -> NavSat
     return fix
 
 
-def _vector(spec: Any, time: float, values: Any) -> Vector3Stamped:
-    header = conversions.header(time, spec.frame_id)
-    return Vector3Stamped(header=header, vector=Vector3(*values))
-
-
-def _field(spec: Any, time: float, values: Any) -> MagneticField:
-    header = conversions.header(time, spec.frame_id)
-    return MagneticField(header=header, magnetic_field=Vector3(*values))
-
-
-NUMBERS: dict[str, tuple[Any, Callable[..., Any]]] = {
-    "sensor_msgs/Range": (Range, _range),
-    "sensor_msgs/NavSatFix": (NavSatFix, _fix),
-    "geometry_msgs/Vector3Stamped": (Vector3Stamped, _vector),
-    "sensor_msgs/MagneticField": (MagneticField, _field),
-}
+def _setter(kind: type, name: str) -> Callable[[Any, Any], None]:
+    """Function that sets a field of a message of a type, named with dots, to numbers or a text."""
+    path, _, last = name.rpartition(".")
+    owner = operator.attrgetter(path) if path else lambda message: message
+    value_type = type(getattr(owner(kind()), last))
+    convert: Callable[[Any], Any] = lambda values: value_type(*map(float, values))  # noqa: E731
+    if value_type in (bool, int, float):
+        convert = lambda values: value_type(values[0])  # noqa: E731
+    elif value_type is str:
+        convert = str
+    return lambda message, values: setattr(owner(message), last, convert(values))
 
 
 @sends(outputs.NumbersOutput)
 def _numbers(part: Any, output: outputs.NumbersOutput) -> Converted:
-    message, convert = NUMBERS[output.message]
-    pub = part.publisher(output.topic, message)
-    return Converted(pub, lambda time, *values: convert(output.spec, time, *values))
+    kind = message_class(output.message)
+    pub = part.publisher(output.topic, kind)
+    if kind is NavSatFix:
+        return Converted(pub, lambda *values: _fix(output, *values))
+    setters = [_setter(kind, name) for name in output.sizes]
+
+    def convert(time: float, *values: Any) -> Any:
+        message = kind(**output.constant)
+        if "header" in kind.__slots__:
+            message.header = conversions.header(time, output.frame_id)
+        for set_field, value in zip(setters, values):
+            set_field(message, value)
+        return message
+
+    return Converted(pub, convert)

@@ -26,12 +26,9 @@ from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.settings import Settings, check_joints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
-from bullet_sim.plugins.drives import WheelDriveSpec
-from bullet_sim.pose import Pose, Vec3, quaternion_from_yaw
 
 MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
 STRAIGHT = 1e-6  # [rad] an arc that rotates less counts as straight
-NEARLY = 0.01  # [m/s] by which a rim may lack speed
 MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
 
 
@@ -458,83 +455,3 @@ class Ackermann(Drive):
         distance = turned[0] * config.radii[0]
         angle = positions[1] * config.steer_multiplier
         return distance, distance * math.tan(angle) / config.separation
-
-
-class WheelDrive(Stateful):
-    """Wheel speeds of both sides for a command, and odometry from the wheels' angles."""
-
-    STATE = ("_speeds", "_angles", "_pose2d", "_twist")
-
-    def __init__(self, spec: WheelDriveSpec) -> None:
-        self._spec = spec
-        self.restart()
-
-    def restart(self) -> None:
-        """Restart at rest, odometry at zero."""
-        self._speeds = (0.0, 0.0)  # of the rims, left and right, with the acceleration limit [m/s]
-        self._angles: tuple[float, float] | None = None
-        self._pose2d = (0.0, 0.0, 0.0)  # x, y [m], yaw [rad]
-        self._twist = (0.0, 0.0)  # forward [m/s], yaw rate [rad/s]
-
-    def wheel_speeds(
-        self, forward: float, turn: float, elapsed: float, turning: tuple[float, float]
-    ) -> tuple[float, float]:
-        """Speeds [rad/s] of the left and the right wheels.
-
-        As upstream the acceleration limit adds up what the wheels lack, and there is none while
-        either side is as fast as commanded.
-
-        Args:
-            forward: commanded speed [m/s].
-            turn: commanded yaw rate [rad/s], left positive.
-            elapsed: simulated time since the last call [s], for the acceleration limit.
-            turning: present speeds [rad/s] of a left and a right wheel.
-        """
-        radius, half = self._spec.diameter / 2.0, turn * self._spec.separation / 2.0
-        left, right = wanted = forward - half, forward + half
-        lacks = [speed - rate * radius for speed, rate in zip(wanted, turning)]
-        if self._spec.acceleration != 0.0 and min(map(abs, lacks)) >= NEARLY:
-            change = self._spec.acceleration * elapsed
-            left, right = self._speeds = (
-                self._speeds[0] + _limited(lacks[0], change, lacks[0] >= 0.0),
-                self._speeds[1] + _limited(lacks[1], change, lacks[1] > 0.0),
-            )
-        return left / radius, right / radius
-
-    def measure(self, left: float, right: float, turning: tuple[float, float]) -> None:
-        """Update with the angles [rad] and the speeds [rad/s] of a left and a right wheel."""
-        radius, separation = self._spec.diameter / 2.0, self._spec.separation
-        if self._angles is not None:
-            by_left = (left - self._angles[0]) * radius
-            by_right = (right - self._angles[1]) * radius
-            forward, turned = (by_left + by_right) / 2.0, (by_right - by_left) / separation
-            x, y, yaw = self._pose2d
-            mean_yaw = yaw + turned / 2.0
-            self._pose2d = (
-                x + forward * math.cos(mean_yaw),
-                y + forward * math.sin(mean_yaw),
-                yaw + turned,
-            )
-        self._angles = left, right
-        slow, fast = (speed * radius for speed in turning)
-        self._twist = abs(slow + fast) / 2.0, (fast - slow) / separation
-
-    @property
-    def pose(self) -> Pose:
-        """Pose in the odometry frame by the wheels."""
-        x, y, yaw = self._pose2d
-        return Pose((x, y, 0.0), quaternion_from_yaw(yaw))
-
-    @property
-    def twist(self) -> tuple[Vec3, Vec3]:
-        """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes.
-
-        As upstream the linear one has no sign: backwards, too, it is positive.
-        """
-        forward, turn = self._twist
-        return (forward, 0.0, 0.0), (0.0, 0.0, turn)
-
-
-def _limited(lack: float, change: float, upwards: bool) -> float:
-    """The part of a lack of speed [m/s] that a limited change makes up for."""
-    return min(lack, change) if upwards else max(lack, -change)

@@ -13,8 +13,6 @@ from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, position_error
 from bullet_sim.controllers.settings import ControllerConfig, Settings, check_joints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
-from bullet_sim.plugins.forces import ForceTorqueSpec
-from bullet_sim.plugins.inertial import ImuSpec
 
 
 @dataclass(frozen=True)
@@ -102,14 +100,12 @@ def _extra_joints(
 
 
 class SensorController(Controller):
-    """Reports all of a robot's sensors of one type; commands nothing.
+    """Reports all of a robot's sensors whose specifications have its `interface`.
 
     Attributes:
-        sensor: class of the sensors' specifications.
         sensor_names: for such sensors, in messages.
     """
 
-    sensor: ClassVar[type]
     sensor_names: ClassVar[str]
 
     @classmethod
@@ -117,7 +113,7 @@ class SensorController(Controller):
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> ControllerConfig:
         sensors = () if description is None else description.sensors
-        if not any(isinstance(spec, cls.sensor) for spec in sensors):
+        if not any(getattr(spec, "INTERFACE", "") == cls.interface for spec in sensors):
             raise ControllerError(
                 f"{settings.label} publishes {cls.sensor_names}, of which the robot has none"
             )
@@ -128,14 +124,14 @@ class SensorController(Controller):
 class ImuController(SensorController):
     """Reports IMUs."""
 
-    interface, sensor, sensor_names = "imu", ImuSpec, "IMUs"
+    interface, sensor_names = "imu", "IMUs"
 
 
 @CONTROLLERS.register("force_torque_sensor_controller/ForceTorqueSensorController")
 class ForceTorqueController(SensorController):
     """Reports forces and torques of joints."""
 
-    interface, sensor = "force_torque", ForceTorqueSpec
+    interface = "force_torque"
     sensor_names = "force and torque of joints (libgazebo_ros_ft_sensor.so)"
 
 

@@ -13,7 +13,6 @@ from bullet_sim.description.model import (
     TextureMapping,
 )
 from bullet_sim.errors import ModelError
-from bullet_sim.formats import elevation
 from bullet_sim.formats.materials import (
     Material,
     Resolve,
@@ -21,6 +20,7 @@ from bullet_sim.formats.materials import (
     standard,
     with_material,
 )
+from bullet_sim.meshes import elevation
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     Node,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.formats import elevation
+from bullet_sim.meshes import elevation
 from bullet_sim.meshes.read import opened
 from bullet_sim.pose import Array
 

@@ -1,5 +1,1 @@
-"""What models do and measure beside their controllers: drives, sensors. Each file is entered."""
-
-from bullet_sim.registry import load_files
-
-load_files(__name__, __path__)
+"""What the parts of models that act or measure have in common."""

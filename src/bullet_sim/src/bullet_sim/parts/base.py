@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import logging
+import sys
 import time as wall
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Hashable, TypeVar
 
 import numpy as np
 
 from bullet_sim.component import Component
-from bullet_sim.parts.outputs import Output, Sender
+from bullet_sim.parts.outputs import NumbersOutput, Output, Sender
 from bullet_sim.parts.schedule import SubscribedSchedule, whole_rate
 from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
-    from bullet_sim.world import World
 
 P = TypeVar("P", bound="Part")
+T = TypeVar("T")
 
 # Class of a specification -> the Part that does it, and its subclasses.
 PARTS: dict[type, type[Part]] = {}
@@ -51,10 +52,10 @@ class PartContext:
         seed: of its noise.
         number: of the entry in the model's file, from 0.
         cameras: have images rendered: add(part), remove(part), request(CameraRequest).
-        connect: makes what sends an Output.
+        connect: makes what sends an Output; None: the part has its own output().
     """
 
-    world: World
+    world: Any
     model: Model
     spec: Any
     seed: int = 0
@@ -82,6 +83,7 @@ class Part(Component):
             passed again, as its original, which does not notice.
         reports: it publishes periodically, so that its rate can be measured.
         takes_images: it is a camera.
+        needs_ros: it cannot do without what ROS has beside topics.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
@@ -92,6 +94,7 @@ class Part(Component):
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
     takes_images: ClassVar[bool] = False
+    needs_ros: ClassVar[bool] = False
     resets: ClassVar[bool] = True
     waits_for_time: ClassVar[bool] = False
 
@@ -100,7 +103,7 @@ class Part(Component):
         self.world, self.model, self.spec = context.world, context.model, context.spec
         self.rng = np.random.default_rng(context.seed)
         self.senders: list[Sender] = []
-        self._told: dict[str, float] = {}  # wall times at which errors were logged [s]
+        self._told: dict[Hashable, float] = {}  # wall times at which texts were logged [s]
         self._asked: float = getattr(self.spec, "rate", 0.0)  # [Hz], 0: every step
         self.schedule = SubscribedSchedule(
             self._rate(),
@@ -119,16 +122,58 @@ class Part(Component):
         self.senders.append(sender)
         return sender
 
-    def log_warning(self, text: str) -> None:
-        """Tell of something that is not as asked for."""
-        _log.warning(text)
+    def log(self, level: int, text: str) -> None:
+        """Log a text at a level of the module logging."""
+        _log.log(level, "%s", text)
+
+    def log_info(self, text: str) -> None:
+        """Tell of something usual."""
+        self.log(logging.INFO, text)
+
+    def log_warning(self, text: str, every: float = 0.0) -> None:
+        """Tell of something that is not as asked for; every: see log_error."""
+        self._tell(logging.WARNING, text, every)
 
     def log_error(self, text: str, every: float = 0.0) -> None:
-        """Tell of an error; of the same, [s] of wall time apart at least."""
-        now = wall.monotonic()
-        if now - self._told.get(text, -every) >= every:
-            self._told[text] = now
-            _log.error(text)
+        """Tell of an error; from one place of the code, [s] of wall time apart at least."""
+        self._tell(logging.ERROR, text, every)
+
+    def _tell(self, level: int, text: str, every: float) -> None:
+        place = sys._getframe(2)
+        key, now = (place.f_code, place.f_lineno), wall.monotonic()
+        if key not in self._told or now - self._told[key] >= every:
+            self._told[key] = now
+            self.log(level, text)
+
+    # what ROS has beside topics, of which there is nothing without it --------------------------
+    def offer(self) -> None:
+        """Offer services and parameters; called once, in ROS alone."""
+
+    def service(self, name: str, service: Any, handler: Callable[[Any], Any]) -> None:
+        """Offer a service of a type (in ROS, or its name).
+
+        Args:
+            handler: function of a request -> response, or its fields; what it raises as a SimError
+                is the client's error. It runs in a thread of its own, see call().
+        """
+
+    def reconfigure(
+        self, namespace: str, config: Any, values: Any, callback: Callable[[Any, int], Any]
+    ) -> None:
+        """Offer parameters by dynamic_reconfigure.
+
+        Args:
+            config: (name, type, default, minimum, maximum, description) of each parameter.
+            values: name -> first value.
+            callback: function of the values and a level -> values; it runs in a thread of its own.
+        """
+
+    def transforms(self) -> Any:
+        """What finds transforms: pose_in(frame, child) -> Pose, which raises a LookupError."""
+
+    def call(self, work: Callable[[], T]) -> T:
+        """Result of a function that the simulation thread runs, for services and callbacks."""
+        return work()
 
     def commands(self) -> dict[str, tuple[Any, Callable[[Any], None]]]:
         """Topics that it takes commands from: the type of the messages, what gets each one."""
@@ -234,11 +279,37 @@ class Preparing(Part):
 
 
 class Sensor(Part):
-    """Publishes what it measures while it has subscribers."""
+    """Publishes what it measures while it has subscribers.
+
+    Attributes:
+        MESSAGE: type of its messages, where they have numbers alone.
+        FIELDS: of them -> how many numbers, see NumbersOutput.
+    """
 
     always = False
     reports = True
     resets = False
+    MESSAGE: ClassVar[str] = ""
+    FIELDS: ClassVar[Mapping[str, int]] = {}
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        output = self.make_output()
+        self._sender: Any = None if output is None else self.output(output)
+
+    def make_output(self) -> Output | None:
+        """What it publishes; None: its class has made its topics."""
+        frame = getattr(self.spec, "frame_id", "")
+        return NumbersOutput(self.spec.topic, self.MESSAGE, self.FIELDS, frame)
+
+    def measure(self, time: float) -> Any:
+        """What it publishes for a simulated time [s], see Output.fields; None: nothing."""
+        raise NotImplementedError
+
+    def update(self, time: float, period: float) -> None:
+        values = self.measure(time)
+        if values is not None:
+            self._sender.send(time, *values)
 
     def go_back(self, time: float) -> None:
         """As of a Part; one that measures in every step does not wait."""

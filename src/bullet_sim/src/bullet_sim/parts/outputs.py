@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Dict, NamedTuple, Protocol
 
 import numpy as np
@@ -70,6 +70,7 @@ class JointStatesOutput(Output):
     MESSAGE = "sensor_msgs/JointState"
     names: tuple[str, ...]
     parts: tuple[str, ...] = ("position", "velocity", "effort")
+    frame_id: str = ""
 
     def shapes(self) -> dict[str, Shape]:
         return {part: Shape((len(self.names),)) for part in self.parts}
@@ -199,26 +200,27 @@ class ImuOutput(Output):
 
 @dataclass(frozen=True)
 class NumbersOutput(Output):
-    """A message of a few numbers: one array.
+    """A message of any type with a few numbers: the values of some of its fields, in their order.
 
     Attributes:
-        spec: of the sensor, for the message's constant fields.
-        message: type of the message.
-        field: name of the array.
-        count: of the numbers.
+        message: its type.
+        sizes: names of the fields, with dots -> how many numbers each has; 0: it has none.
+        frame_id: of its header.
+        constant: other fields -> values.
     """
 
     MESSAGE = ""
-    spec: Any
     message: str
-    field: str
-    count: int = 1
+    sizes: Mapping[str, int]
+    frame_id: str = ""
+    constant: Mapping[str, Any] = field(default_factory=dict)
 
     def shapes(self) -> dict[str, Shape]:
-        return {self.field: Shape((self.count,))}
+        return {name: Shape((size,)) for name, size in self.sizes.items() if size}
 
     def fields(self, *values: Any, **options: Any) -> Fields:
-        return {self.field: _row(values[0])}
+        of_fields = zip(self.sizes.items(), values)
+        return {name: _row(value) for (name, size), value in of_fields if size}
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,25 @@
-"""Cameras and depth cameras: their specifications and lenses, read from SDF and plugins."""
+"""Cameras and depth cameras: read from SDF and plugins, their images requested from a renderer."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import EVERYWHERE, VISIBLE, ModelDescription
+from bullet_sim.parts.base import Sensor, part_of
+from bullet_sim.parts.outputs import DepthPointsOutput, ImageOutput
+from bullet_sim.parts.schedule import is_late_enough, passed_rate, whole_rate
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import UTILS_OF_SENSORS
 from bullet_sim.plugins.spec import SensorSpec
-from bullet_sim.plugins.xml import PluginXml, PoseTuple, SensorXml, Values, library
-from bullet_sim.pose import Pose
+from bullet_sim.plugins.xml import PluginXml, SensorXml, Values, library
+from bullet_sim.pose import Array, Pose, PoseTuple
+from bullet_sim.render.request import CameraRequest, Distortion, Frame, Intrinsics, Lens
+from bullet_sim.sensors import camera as pinhole
 from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
 FUNCTIONS = ("tan", "sin", "id")
@@ -24,64 +31,6 @@ TYPES = {
     "equisolid_angle": (2.0, 2.0, "sin"),
     "orthographic": (1.0, 1.0, "sin"),
 }
-
-
-@dataclass(frozen=True)
-class Lens:
-    """r = c1 f function(theta / c2 + c3), with r = 1 at half the image's width.
-
-    Attributes:
-        fov: horizontal field of view [rad], up to 2 pi.
-        function: 'tan', 'sin' or 'id'.
-        scaled: f is chosen such that `fov` fills the width.
-        cutoff: maximum angle from the axis that is visible [rad].
-        texture: edge of the six images, around the camera, of which its image is made [px].
-    """
-
-    fov: float
-    c1: float = 1.0
-    c2: float = 1.0
-    c3: float = 0.0
-    f: float = 1.0
-    function: str = "id"
-    scaled: bool = True
-    cutoff: float = math.pi
-    texture: int = 256
-
-
-@dataclass(frozen=True)
-class Distortion:
-    """Distortion of an image, see render.lenses.
-
-    Attributes:
-        k1, k2, k3, p1, p2: coefficients of Brown's model.
-        center: of the lens, in widths and heights of the image from its upper left corner.
-        crop: whether the image is enlarged until its corners are filled.
-        legacy: whether coordinates are in image sizes, as by default in Gazebo; False: in focal
-            lengths.
-    """
-
-    k1: float = 0.0
-    k2: float = 0.0
-    k3: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
-    center: tuple[float, float] = (0.5, 0.5)
-    crop: bool = False
-    legacy: bool = True
-
-
-@dataclass(frozen=True)
-class Intrinsics:
-    """A pinhole's projection [px]: column fx x/z - s y/z + cx and row fy y/z + cy of a point of the
-    optical frame, from the corner of the image.
-    """
-
-    fx: float = 277.0
-    fy: float = 277.0
-    cx: float = 160.0
-    cy: float = 120.0
-    s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -112,6 +61,7 @@ class CameraSpec(SensorSpec):
         visibility: it sees what has one of these bits in its visibility_flags.
         samples: a pixel, for smooth edges.
         intrinsics: of the image, which replace horizontal_fov there; camera_info has none of them.
+        depth: its requests are for depths, too.
         save: folder to which each image is written; "": none is.
     """
 
@@ -143,6 +93,7 @@ class CameraSpec(SensorSpec):
     samples: int = 4
     intrinsics: Intrinsics | None = None
     save: str = ""
+    depth: ClassVar[bool] = False
 
 
 @dataclass(frozen=True)
@@ -176,6 +127,7 @@ class DepthCameraSpec(CameraSpec):
     millimeters: bool = False
     organized: bool = True
     tells_info: bool = True
+    depth = True
 
 
 @dataclass(frozen=True)
@@ -413,7 +365,7 @@ def _pose_in_link(xml: SensorXml, camera: Values) -> PoseTuple:
 @sensor_plugin(
     "gazebo_ros_camera", types=("camera", "depth", "depth_camera", WIDE), rule=UTILS_OF_SENSORS
 )
-def camera(xml: SensorXml) -> CameraSpec:
+def color_camera(xml: SensorXml) -> CameraSpec:
     """CameraSpec; of a wide-angle camera with its lens."""
     if xml.type != WIDE:
         return CameraSpec(**_camera_values(xml))
@@ -585,3 +537,204 @@ def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:
             for sensor in holder.findall("sensor"):
                 sensors.setdefault(sensor.get("name"), (sensor, link))
     return sensors
+
+
+NEVER_TAKEN = -math.inf  # [s]
+
+
+@part_of(CameraSpec)
+class CameraSensor(Sensor):
+    """sensor_msgs/Image; images come from a renderer.
+
+    Attributes:
+        number: of the camera among those that were made.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_taken",)
+    CACHE: ClassVar[tuple[str, ...]] = ("_is_free",)
+    takes_images = True
+    number = 0
+
+    def __init__(self, context: Any) -> None:
+        spec, model = context.spec, context.model
+        pinhole.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+        self._is_free = spec.is_free
+        self._taken = NEVER_TAKEN
+        super().__init__(context)
+        part, offset = model.link_in_body(spec.link)
+        pose = offset * Pose.from_xyz_rpy(*spec.pose)
+        request = CameraRequest.from_spec(spec, model.source.key, model.row(part), context.seed)
+        name = f"{model.name}/{spec.link}/{spec.name}/{context.number}"
+        self._request = replace(request, pose=(pose.position, pose.rpy), name=name)
+        context.cameras.add(self)
+
+    def make_output(self) -> ImageOutput:
+        spec = self.spec
+        return ImageOutput(spec.topic, spec.frame_id, spec.encoding, spec.height, spec.width)
+
+    def set_rate(self, rate: float) -> None:
+        """Change the sensor's rate [Hz] (simulation thread)."""
+        self._is_free = False
+        super().set_rate(rate)
+
+    def _rate(self) -> float:
+        rate = super()._rate()
+        return whole_rate(rate, self.world.time_step) if self._is_free else rate
+
+    @property
+    def nominal_rate(self) -> float:
+        """Images a second [Hz] of simulated time that the rates of sensor and plugin leave."""
+        rate, limit = self._rate(), self.spec.plugin_rate
+        return rate if limit <= 0.0 else passed_rate(rate, limit, self.world.time_step)
+
+    def restart(self, time: float) -> None:
+        """The next image is soon enough."""
+        super().restart(time)
+        self._taken = NEVER_TAKEN
+
+    def _passes(self, time: float) -> bool:
+        """Whether the plugin's period has passed since the last time that it had."""
+        limit = self.spec.plugin_rate
+        if limit > 0.0 and not is_late_enough(time - self._taken, limit):
+            return False
+        self._taken = time
+        return True
+
+    def update(self, time: float, period: float) -> None:
+        """Have an image rendered, which publish_frame gets later."""
+        if self._passes(time):
+            self.context.cameras.request(self.request)
+
+    @property
+    def request(self) -> CameraRequest:
+        """CameraRequest of the images that have subscribers."""
+        return self._request
+
+    def publish_frame(self, frame: Frame) -> None:
+        """Send a finished image with the snapshot's stamp."""
+        self.publish_info(frame.time)
+        self.send_pixels(frame.time, pinhole.pixels(frame.rgb, self.spec.encoding))
+
+    def publish_info(self, time: float) -> None:
+        """Tell what the camera is like, before an image of a simulated time [s]."""
+
+    def send_pixels(self, time: float, pixels: Array) -> None:
+        """Send an image's pixels in the encoding of the specification."""
+        self._sender.send(time, pixels)
+
+    def close(self) -> None:
+        """Nothing is rendered any more."""
+        self.context.cameras.remove(self)
+        super().close()
+
+
+@part_of(TriggeredCameraSpec)
+class TriggeredCameraSensor(CameraSensor):
+    """One image for each trigger that arrives while there are subscribers."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_pending",)
+    reports = False  # it has no rate
+
+    def __init__(self, context: Any) -> None:
+        self._pending = 0
+        self._counting = threading.Lock()
+        super().__init__(context)
+
+    def commands(self) -> dict[str, tuple[Any, Callable[[Any], None]]]:
+        """The triggers."""
+        trigger = ("std_msgs/Empty", self._on_trigger)
+        return dict.fromkeys(self.spec.trigger_topics, trigger)
+
+    def reset(self, time: float) -> None:
+        """Forget the triggers."""
+        super().reset(time)
+        self._pending = 0
+
+    def _on_trigger(self, _message: Any) -> None:
+        with self._counting:
+            self._pending += super().needs_update()
+
+    def needs_update(self) -> bool:
+        """While there are triggers whose images were not requested."""
+        return self._pending > 0 and super().needs_update()
+
+    def update(self, time: float, period: float) -> None:
+        """Have an image rendered, which counts for one trigger."""
+        with self._counting:
+            if self._pending == 0:
+                return
+            self._pending -= 1
+        super().update(time, period)
+
+
+class DepthSensor(CameraSensor):
+    """A camera with depths, and their points."""
+
+    def _depth_output(self, topic: str) -> ImageOutput:
+        spec = self.spec
+        encoding = "16UC1" if spec.millimeters else "32FC1"
+        return ImageOutput(topic, spec.frame_id, encoding, spec.height, spec.width)
+
+    def _points_output(self) -> Any:
+        """What sends the points."""
+        spec = self.spec
+        k = pinhole.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        return self.output(DepthPointsOutput(spec.points_topic, spec, k))
+
+    def within_cutoffs(self, frame: Frame) -> Array:
+        """Depths (H, W) [m] of an image; NaN outside the cutoffs."""
+        return pinhole.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+
+
+@part_of(DepthCameraSpec)
+class DepthCameraSensor(DepthSensor):
+    """A color camera's topics, depth images, and points."""
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._depth = self.output(self._depth_output(self.spec.depth_topic))
+        self._points = self._points_output()
+
+    @property
+    def nominal_rate(self) -> float:
+        """That of the sensor: the plugin's is that of camera_info."""
+        return self._rate()
+
+    def update(self, time: float, period: float) -> None:
+        """Have an image rendered; the plugin's rate is that of camera_info."""
+        self.context.cameras.request(self.request)
+
+    def publish_frame(self, frame: Frame) -> None:
+        """Send a finished image, its depths and its points with the snapshot's stamp."""
+        super().publish_frame(frame)
+        deep, cloud = self._depth.has_subscribers(), self._points.has_subscribers()
+        if frame.depth is None or not (deep or cloud):
+            return
+        depth = self.within_cutoffs(frame)
+        if deep:
+            self._depth.send(frame.time, pinhole.depth_pixels(depth, self.spec.millimeters))
+        if cloud:  # as in Gazebo with the bytes of the image: red is blue unless it is bgr8
+            self._points.send(frame.time, depth, pinhole.pixels(frame.rgb, self.spec.encoding))
+
+
+@part_of(RangeCameraSpec)
+class RangeCameraSensor(DepthSensor):
+    """The depth camera of a RealSense: depths as 16UC1, and points."""
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._points = self._points_output() if self.spec.points_topic else None
+
+    def make_output(self) -> ImageOutput:
+        return self._depth_output(self.spec.topic)
+
+    def publish_frame(self, frame: Frame) -> None:
+        """Send depths and points with the snapshot's stamp."""
+        self.publish_info(frame.time)
+        if frame.depth is None:
+            return
+        spec = self.spec
+        depth = pinhole.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
+        self.send_pixels(frame.time, pinhole.depth_pixels(depth, spec.millimeters))
+        if self._points is not None and self._points.has_subscribers():
+            self._points.send(frame.time, self.within_cutoffs(frame), frame.rgb[:, :, ::-1])

@@ -1,13 +1,26 @@
-"""Bumpers: the specification of a <sensor> of contacts, read from its plugin."""
+"""Bumpers: the contacts of collision shapes."""
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from bullet_sim.engine import Contact
+from bullet_sim.parts.base import Sensor, part_of
+from bullet_sim.parts.outputs import ContactsOutput
+from bullet_sim.parts.schedule import Schedule
 from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.rules import PLAIN
 from bullet_sim.plugins.spec import PluginSpec, frame_of, rate_of, reading, topic_of
 from bullet_sim.plugins.xml import SensorXml
+from bullet_sim.pose import Array, Pose, cross
+from bullet_sim.sensors.contact import nearest, watched
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
 
 
 def _collisions(xml: SensorXml) -> tuple[str, ...]:
@@ -31,3 +44,148 @@ class ContactSpec(PluginSpec):
     rate: float = rate_of(None)
     topic: str = topic_of("bumperTopicName", "bumper_states")
     frame_id: str = frame_of("frameName", "world")
+
+
+MOST_STEPS = 100  # whose contacts Gazebo keeps for a message
+
+
+class ContactPair(NamedTuple):
+    """Contacts of a pair of shapes in a step.
+
+    Attributes:
+        time: [s].
+        first, second: model::link::collision of the shapes.
+        wrenches: (6,) force [N] and torque [N m] of each contact.
+        total: (6,) their sum.
+        positions, normals: (3,) of each contact in the world [m].
+        depths: of each contact [m].
+    """
+
+    time: float
+    first: str
+    second: str
+    wrenches: tuple[Array, ...]
+    total: Array
+    positions: tuple[Array, ...]
+    normals: tuple[Array, ...]
+    depths: tuple[float, ...]
+
+
+@part_of(ContactSpec)
+class ContactSensor(Sensor):
+    """Contacts of the monitored shapes in all steps since the last message, oldest first.
+
+    A state is of a pair of shapes in a step. As in Gazebo: which shape is the first depends on
+    their models' sizes and ages, not on the sensor; positions and normals are in the world,
+    wrenches in the axes of the first shape's link: those on this link about its center of mass,
+    or, if it never moves, those on the other link about that one's.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
+    every_step = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        model, spec, world = self.model, self.spec, self.world
+        names, missing = watched(spec, model.description)
+        self._monitored = {f"{model.name}::{name}" for name in names}
+        self._part = model.link_in_body(spec.link)[0]
+        if missing:
+            self.log_warning(
+                f"contact sensor '{spec.name}' of '{model.name}' tells nothing of "
+                f"{', '.join(missing)}, as in Gazebo: collisions are "
+                f"{', '.join(model.collision_names.values()) or '(none)'}"
+            )
+        self._steps: deque[tuple[ContactPair, ...]] = deque(maxlen=MOST_STEPS)
+        rate = min(self.nominal_rate, 1.0 / world.time_step)
+        self._messages = Schedule(rate, world.time_step, world.step_count)
+
+    def make_output(self) -> ContactsOutput:
+        return ContactsOutput(self.spec.topic, self.spec.frame_id)
+
+    def start(self, time: float) -> None:
+        """Collect from now on."""
+        self._steps.clear()
+        self._messages.restart(self.world.step_count)
+
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step."""
+        super().on_time_step()
+        step = self.world.time_step
+        rate = min(self.nominal_rate, 1.0 / step)
+        self._messages.set_step(step, rate, self.world.step_count)
+
+    def update(self, time: float, period: float) -> None:
+        self._steps.append(tuple(self._states(time)))
+        if self._messages.due(self.world.step_count):
+            self._sender.send(time, [pair for step in self._steps for pair in step])
+            self._steps.clear()
+
+    def is_message(self, step: int) -> bool:
+        """At its rate."""
+        return step >= self._messages.next
+
+    def _states(self, time: float) -> list[ContactPair]:
+        """States of the last step."""
+        pairs: dict[tuple[str, str], list[Contact]] = {}
+        touched = self.model.body.contacts(self._part)
+        for contact in touched if self._monitored else ():
+            mine = self._named(self.model, self._part, contact.position)
+            if mine in self._monitored:
+                names = mine, self._other(contact)
+                pair = names if contact.is_first else names[::-1]
+                pairs.setdefault(pair, []).append(contact)
+        return [self._state(time, *names, contacts) for names, contacts in pairs.items()]
+
+    @staticmethod
+    def _named(model: Model, part: str, position: Array) -> str:
+        """model::link::collision of the shape that a point in the world is on."""
+        shapes = model.rigid_parts[part].collisions
+        if not shapes:
+            return f"{model.name}::{part}::collision"
+        shape = shapes[0]
+        if len(shapes) > 1:
+            pose = Pose(*model.body.link_motion(part)[:2])
+            local = pose.matrix.T @ (position - np.asarray(pose.position))
+            shape = nearest(shapes, local) or shape
+        plain = f"{shape.link or part}::{shape.name or 'collision'}"
+        collision = model.collision_names.get((shape.link, shape.number), plain)
+        return f"{model.name}::{collision}"
+
+    def _model_of(self, contact: Contact) -> Model | None:
+        models = self.world.models.values()
+        return next((model for model in models if model.body.number == contact.body), None)
+
+    def _other(self, contact: Contact) -> str:
+        model = self._model_of(contact)
+        if model is None:
+            return "world"
+        return self._named(model, contact.link, contact.position)
+
+    def _state(self, time: float, one: str, two: str, contacts: list[Contact]) -> ContactPair:
+        """Of the contacts of a pair of shapes."""
+        contact = contacts[0]
+        own = self.model, self._part
+        other = self._model_of(contact), contact.link
+        first, second = (own, other) if contact.is_first else (other, own)
+        pushed = second if first[0] is None or first[0].is_static else first
+        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
+        rotation = np.eye(3)
+        if first[0] is not None:
+            rotation = Pose(*first[0].body.link_motion(first[1])[:2]).matrix.T
+        center = (pushed[0] or self.model).body.link_center(pushed[1])
+        wrenches = []
+        for contact in contacts:
+            force = pushes * contact.force
+            torque = cross(contact.position - center, force)
+            wrenches.append(np.concatenate([rotation @ force, rotation @ torque]))
+        return ContactPair(
+            time,
+            one,
+            two,
+            tuple(wrenches),
+            sum(wrenches, np.zeros(6)),
+            tuple(contact.position for contact in contacts),
+            tuple(sign * contact.normal for contact in contacts),
+            tuple(contact.depth for contact in contacts),
+        )

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, library
+from bullet_sim.plugins.xml import PluginXml, SensorXml, library
+from bullet_sim.pose import ZERO_POSE, PoseTuple
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,29 @@
-"""Joint control and states, drives: their specifications, read from plugins."""
+"""Joint control and states, drives."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import operator
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
+from bullet_sim.component import Stateful
+from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
+from bullet_sim.errors import SimError
+from bullet_sim.parts.base import Part, Sensor, part_of
+from bullet_sim.parts.outputs import BaseOutput, JointStatesOutput, TransformsOutput
+from bullet_sim.parts.schedule import Schedule, whole_rate
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import BASE, MODEL, ROOT, UTILS_OF_MODELS, FrameName, Rule
 from bullet_sim.plugins.spec import PluginSpec, frame_of, number, read, reading, topic_of
 from bullet_sim.plugins.xml import PluginXml, Values
+from bullet_sim.pose import Motion, Pose, Vec3, quaternion_from_yaw, rpy_from_quaternion
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's pose
 NO_COVARIANCE = (0.0,) * 6
+NEARLY = 0.01  # [m/s] by which a rim may lack speed
 LOG_LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 
@@ -298,3 +308,414 @@ def with_wheels(
         "must not be 0; it is left out"
     )
     return None
+
+
+@part_of(JointStatesSpec)
+class JointStatesSensor(Sensor):
+    """sensor_msgs/JointState of the named joints, without efforts."""
+
+    def make_output(self) -> JointStatesOutput:
+        names = self.spec.joints
+        self._indices = [self.model.joints.names.index(name) for name in names]
+        return JointStatesOutput(self.spec.topic, names, ("position", "velocity"))
+
+    def measure(self, time: float) -> Any:
+        return self.model.joints.columns(self._indices)[:2]
+
+
+class DrivenBase(Part):
+    """Takes velocity commands, publishes nav_msgs/Odometry and its transform.
+
+    A command acts from the next update until the next command, as in Gazebo's plugins. One that
+    comes before the first update (the world is paused, other plugins are being loaded) counts.
+
+    Attributes:
+        standing: the command for no motion.
+        advertises: its topic is there without odometry, too.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before")
+    COMMANDS = {"command_topic": ("geometry_msgs/Twist", "_on_command")}
+    reports = True
+    standing: ClassVar[tuple[float, ...]] = (0.0, 0.0)
+    advertises: ClassVar[bool] = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._sender = self.output(self._odometry(self.spec))
+
+    def _sends(self) -> tuple[bool, bool]:
+        """Whether it sends odometry, and its transform."""
+        return True, True
+
+    def _odometry(self, spec: Any) -> BaseOutput:
+        """Of a specification; upstream advertises /tf in any case."""
+        with_odometry, with_transform = self._sends()
+        return BaseOutput(
+            spec.topic if with_odometry or self.advertises else "",
+            spec.frame_id,
+            spec.child_frame_id,
+            spec.pose_covariance,
+            spec.twist_covariance,
+            with_transform,
+            with_odometry=with_odometry,
+        )
+
+    def start(self, time: float) -> None:
+        """The next update is the first."""
+        self._before = time
+
+    def reset(self, time: float) -> None:
+        """Without a command."""
+        self._command = self.standing
+        super().reset(time)
+
+    def _values(self, message: Any) -> tuple[float, ...]:
+        """The command in a geometry_msgs/Twist: forward [m/s], yaw rate [rad/s]."""
+        return message.linear.x, message.angular.z
+
+    def _on_command(self, message: Any) -> None:
+        values = self._values(message)
+        if all(abs(value) <= MAX_COMMAND for value in values):
+            self._command = values
+            return
+        self.log_error(
+            f"{self.spec.command_topic}: command {values}, must be finite numbers, at most "
+            f"{MAX_COMMAND:g} either way; the last valid one is kept",
+            every=1.0,
+        )
+
+    def _elapsed(self, time: float) -> float:
+        """Time since the last update [s]."""
+        before, self._before = self._before, time
+        return time - before
+
+    def _motion(self) -> Any:
+        """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
+        return planar_motion(self.model.motion())
+
+    def _frames_of(
+        self, frames: Iterable[tuple[str, tuple[str, str]]]
+    ) -> list[tuple[str, str, Pose]]:
+        """Transforms of joints, each with (frame, child frame): the poses of the joints' children
+        in the model, as upstream, whatever the frame is."""
+        root, joints = self.model.pose.inverse(), self.model.description.joints
+        return [
+            (frame, child, root * self.model.link_state(joints[name].child)[0])
+            for name, (frame, child) in frames
+        ]
+
+
+class WheelDrive(Stateful):
+    """Wheel speeds of both sides for a command, and odometry from the wheels' angles."""
+
+    STATE = ("_speeds", "_angles", "_pose2d", "_twist")
+
+    def __init__(self, spec: WheelDriveSpec) -> None:
+        self._spec = spec
+        self.restart()
+
+    def restart(self) -> None:
+        """Restart at rest, odometry at zero."""
+        self._speeds = (0.0, 0.0)  # of the rims, left and right, with the acceleration limit [m/s]
+        self._angles: tuple[float, float] | None = None
+        self._pose2d = (0.0, 0.0, 0.0)  # x, y [m], yaw [rad]
+        self._twist = (0.0, 0.0)  # forward [m/s], yaw rate [rad/s]
+
+    def wheel_speeds(
+        self, forward: float, turn: float, elapsed: float, turning: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Speeds [rad/s] of the left and the right wheels.
+
+        As upstream the acceleration limit adds up what the wheels lack, and there is none while
+        either side is as fast as commanded.
+
+        Args:
+            forward: commanded speed [m/s].
+            turn: commanded yaw rate [rad/s], left positive.
+            elapsed: simulated time since the last call [s], for the acceleration limit.
+            turning: present speeds [rad/s] of a left and a right wheel.
+        """
+        radius, half = self._spec.diameter / 2.0, turn * self._spec.separation / 2.0
+        left, right = wanted = forward - half, forward + half
+        lacks = [speed - rate * radius for speed, rate in zip(wanted, turning)]
+        if self._spec.acceleration != 0.0 and min(map(abs, lacks)) >= NEARLY:
+            change = self._spec.acceleration * elapsed
+            left, right = self._speeds = (
+                self._speeds[0] + _limited(lacks[0], change, lacks[0] >= 0.0),
+                self._speeds[1] + _limited(lacks[1], change, lacks[1] > 0.0),
+            )
+        return left / radius, right / radius
+
+    def measure(self, left: float, right: float, turning: tuple[float, float]) -> None:
+        """Update with the angles [rad] and the speeds [rad/s] of a left and a right wheel."""
+        radius, separation = self._spec.diameter / 2.0, self._spec.separation
+        if self._angles is not None:
+            by_left = (left - self._angles[0]) * radius
+            by_right = (right - self._angles[1]) * radius
+            forward, turned = (by_left + by_right) / 2.0, (by_right - by_left) / separation
+            x, y, yaw = self._pose2d
+            mean_yaw = yaw + turned / 2.0
+            self._pose2d = (
+                x + forward * math.cos(mean_yaw),
+                y + forward * math.sin(mean_yaw),
+                yaw + turned,
+            )
+        self._angles = left, right
+        slow, fast = (speed * radius for speed in turning)
+        self._twist = abs(slow + fast) / 2.0, (fast - slow) / separation
+
+    @property
+    def pose(self) -> Pose:
+        """Pose in the odometry frame by the wheels."""
+        x, y, yaw = self._pose2d
+        return Pose((x, y, 0.0), quaternion_from_yaw(yaw))
+
+    @property
+    def twist(self) -> tuple[Vec3, Vec3]:
+        """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes.
+
+        As upstream the linear one has no sign: backwards, too, it is positive.
+        """
+        forward, turn = self._twist
+        return (forward, 0.0, 0.0), (0.0, 0.0, turn)
+
+
+def _limited(lack: float, change: float, upwards: bool) -> float:
+    """The part of a lack of speed [m/s] that a limited change makes up for."""
+    return min(lack, change) if upwards else max(lack, -change)
+
+
+@part_of(WheelDriveSpec)
+class WheelDrivePlugin(DrivenBase):
+    """Drives the wheels by geometry_msgs/Twist.
+
+    Without a Reset() of its source, as skid_steer's, it goes on as it was once its time has come.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_drive",)
+    waits_for_time = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self._drive = WheelDrive(spec)
+        topic = spec.wheel_states_topic
+        names = self._wheel_names = (*spec.right, *spec.left)  # in upstream's order
+        self._wheel_states = self._wheel_frames = None
+        if topic:
+            self._wheel_states = self.output(JointStatesOutput(topic, names, ("position",)))
+        if spec.wheel_frames:
+            self._wheel_frames = self.output(TransformsOutput())
+
+    def _sends(self) -> tuple[bool, bool]:
+        spec = self.spec
+        return spec.publish_odometry, spec.publish_odometry and spec.publish_tf
+
+    def start(self, time: float) -> None:
+        """Odometry at zero."""
+        super().start(time)
+        self._drive.restart()
+
+    def prepare(self) -> None:
+        """The wheels are braked until the first update."""
+        self._turn((0.0, 0.0))
+
+    def _turn(self, speeds: tuple[float, float]) -> None:
+        for wheels, speed in zip((self.spec.left, self.spec.right), speeds):
+            for wheel in wheels:
+                self.model.joints.set_motor(wheel, speed, self.spec.torque)
+
+    def update(self, time: float, period: float) -> None:
+        elapsed = self._elapsed(time)
+        forward, yaw_rate = self._command
+        joints, turning = self.model.joints, (0.0, 0.0)
+        ends = self.spec.left[0], self.spec.right[0]
+        if self.spec.from_wheels or self.spec.acceleration:
+            left, right = joints.velocities_of(ends)
+            turning = left, right
+        self._turn(self._drive.wheel_speeds(forward, yaw_rate, elapsed, turning))
+        if self.spec.from_wheels:
+            left, right = joints.positions_of(ends)
+            self._drive.measure(left, right, turning)
+        self._publish_wheels(time)
+        if self._sender.has_subscribers():
+            position, orientation, linear, angular = self._motion()
+            self._sender.send(time, position, orientation, linear, angular, flat=self.spec.flat)
+
+    def _publish_wheels(self, time: float) -> None:
+        """Positions of the wheels, and their frames below the links that carry them."""
+        names, frames = self._wheel_names, self.spec.wheel_frames
+        if self._wheel_states is not None and self._wheel_states.has_subscribers():
+            self._wheel_states.send(time, self.model.joints.positions_of(names))
+        if self._wheel_frames is not None and self._wheel_frames.has_subscribers():
+            self._wheel_frames.send(time, self._frames_of((name, frames[name]) for name in names))
+
+    def _motion(self) -> Any:
+        """Position, orientation in the odometry's frame, linear and angular in the base's."""
+        if self.spec.from_wheels:
+            pose = self._drive.pose
+            return (pose.position, pose.orientation, *self._drive.twist)
+        return super()._motion()
+
+
+def planar_motion(motion: Motion) -> Motion:
+    """A base's pose as it is; of its velocity what is along its heading and to its left, and the
+    yaw rate in the world, which is all that upstream's odometry has."""
+    position, orientation, linear, angular = motion
+    along = along_heading(rpy_from_quaternion(orientation)[2], linear[0], linear[1])
+    return position, orientation, along, (0.0, 0.0, angular[2])
+
+
+def along_heading(yaw: float, x: float, y: float) -> Vec3:
+    """A horizontal velocity (x, y) [m/s] of the world, ahead and to the left of a heading [rad]."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return c * x + s * y, c * y - s * x, 0.0
+
+
+@part_of(PlanarMoveSpec)
+class PlanarMovePlugin(DrivenBase):
+    """Sets the model's velocity in every step; publishes Odometry and its transform.
+
+    Upstream sets the vertical velocity and the others of rotation to zero, so does this. The
+    odometry's twist is the way since its last message over the time.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_since", "_new", "_due", "_last")
+    every_step = True
+    resets = False
+    standing = (0.0, 0.0, 0.0)
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._due = Schedule(self._odometry_rate(), self.world.time_step, self.world.step_count)
+
+    def _odometry_rate(self) -> float:
+        step, rate = self.world.time_step, self.spec.rate
+        return whole_rate(rate, step, operator.gt) if rate > 0.0 else 1.0 / step
+
+    def on_time_step(self) -> None:
+        """As ModelPlugin; and the odometry's."""
+        super().on_time_step()
+        self._due.set_step(self.world.time_step, self._odometry_rate(), self.world.step_count)
+
+    def start(self, time: float) -> None:
+        """Messages from now on."""
+        super().start(time)
+        self._due.restart(self.world.step_count)
+        self._last = (time, *self._place())  # of the last message
+
+    def _place(self) -> tuple[float, float, float]:
+        """x, y [m] and yaw [rad] of the model."""
+        position, orientation = self.model.motion()[:2]
+        return position[0], position[1], rpy_from_quaternion(orientation)[2]
+
+    def _moved(self, time: float, yaw_rate: float) -> tuple[Vec3, Vec3]:
+        """Velocity [m/s] along the heading, yaw rate [rad/s], means since the last message.
+
+        Args:
+            yaw_rate: commanded; where half a turn or more would pass the messages' time, it counts.
+        """
+        before, (x, y, yaw) = self._last, self._place()
+        self._last = (time, x, y, yaw)
+        elapsed = time - before[0]
+        if elapsed <= 0.0:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, yaw_rate)
+        u, v = (x - before[1]) / elapsed, (y - before[2]) / elapsed
+        if yaw_rate <= math.pi / elapsed:
+            yaw_rate = math.remainder(yaw - before[3], 2.0 * math.pi) / elapsed
+        return along_heading(yaw, u, v), (0.0, 0.0, yaw_rate)
+
+    def go_back(self, time: float) -> None:
+        """It drives on; odometry waits for its time of before."""
+        self.schedule.restart(self.world.step_count)
+
+    def reset(self, time: float) -> None:
+        """Without a command."""
+        super().reset(time)
+        self._since: float | None = None
+        self._new = False
+
+    def _values(self, message: Any) -> tuple[float, ...]:
+        """Forward, to the left [m/s], yaw rate [rad/s]."""
+        return message.linear.x, message.linear.y, message.angular.z
+
+    def _on_command(self, message: Any) -> None:
+        before = self._command
+        super()._on_command(message)
+        self._new |= self._command is not before
+
+    def update(self, time: float, period: float) -> None:
+        if self._new:
+            self._since, self._new = time, False
+        if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
+            self._command = self.standing
+        position, orientation = self.model.motion()[:2]
+        x, y, yaw_rate = self._command
+        yaw = rpy_from_quaternion(orientation)[2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        self.model.body.set_velocity((c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate))
+        if self.spec.rate > 0.0 and self._due.due(self.world.step_count):
+            twist = self._moved(time, yaw_rate)
+            self._sender.send(time, position, orientation, *twist, flat=True)
+
+
+@part_of(JointPosesSpec)
+class JointPosesPlugin(Part):
+    """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
+
+    As upstream, each point waits for the time_from_start of the point before it, counted from then,
+    and a trajectory whose frame_id is neither the world nor a link is refused.
+    """
+
+    STATE = ("_points", "_next")
+    COMMANDS = {"topic": ("trajectory_msgs/JointTrajectory", "_on_trajectory")}
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._points: list[tuple[dict[str, float], float]] = []
+        self._next = 0.0
+
+    def reset(self, time: float) -> None:
+        """Without a trajectory."""
+        super().reset(time)
+        self._points, self._next = [], 0.0
+
+    def needs_update(self) -> bool:
+        """While there are points to come."""
+        return bool(self._points)
+
+    def _on_trajectory(self, message: Any) -> None:
+        known, topic = set(self.model.joints.names), self.spec.topic
+        points = []
+        frame = message.header.frame_id
+        if frame not in ("world", "map", "/map") and not self._is_link(frame):
+            self.log_error(f"{topic}: frame_id '{frame}' is neither world nor map nor a link")
+            return
+        for point in message.points:
+            values = dict(zip(message.joint_names, point.positions))
+            if len(point.positions) < len(message.joint_names):
+                has, wanted = len(point.positions), len(message.joint_names)
+                self.log_error(f"{topic}: a point has {has} positions, must have {wanted}")
+                return
+            mine = {name: value for name, value in values.items() if name in known}
+            points.append((mine, point.time_from_start.to_sec()))
+        self._next = max(message.header.stamp.to_sec(), self.world.time)
+        self._points = points
+
+    def _is_link(self, frame: str) -> bool:
+        """Whether a frame is the name of one of the model's links, MODEL::LINK or LINK."""
+        name = self.model.name
+        return any(frame in (link, f"{name}::{link}") for link in self.model.rigid_parts)
+
+    def update(self, time: float, period: float) -> None:
+        if not self._points or time < self._next:
+            return
+        values, wait = self._points.pop(0)
+        try:
+            self.model.joints.set_positions(values)
+        except SimError as error:
+            self.log_error(f"{self.spec.topic}: {error}")
+        self._next += wait

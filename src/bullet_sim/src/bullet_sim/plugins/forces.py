@@ -1,10 +1,20 @@
-"""Forces, applied and measured: their specifications, read from plugins."""
+"""Forces on links, applied and measured: wrenches, a vacuum gripper, slip, a fluid, a lift."""
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 from xml.etree.ElementTree import Element
 
+import numpy as np
+
+from bullet_sim.controllers import MAX_COMMAND
+from bullet_sim.meshes.triangles import mesh_box
+from bullet_sim.parts.base import Part, Sensor, part_of
+from bullet_sim.parts.outputs import NumbersOutput, TransformsOutput
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import PLAIN, FrameName
 from bullet_sim.plugins.spec import (
@@ -20,7 +30,8 @@ from bullet_sim.plugins.spec import (
     topic_of,
 )
 from bullet_sim.plugins.xml import MissingPart, PluginXml, Values, library
-from bullet_sim.pose import Vec3
+from bullet_sim.pose import Pose, Vec3
+from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from bullet_sim.xml_reader import document_root, is_true
 
 
@@ -35,6 +46,7 @@ class ForceTorqueSpec(PluginSpec):
         feedback: the joint has <provide_feedback>; without it all numbers are 0, as in Gazebo.
     """
 
+    INTERFACE = "force_torque"
     joint: str
     rate: float = number("updateRate", 0.0, not_negative)
     topic: str = "/wrench"
@@ -289,3 +301,378 @@ def elevator(xml: PluginXml) -> ElevatorSpec:
 @model_plugin("gazebo_ros_template")
 def template(_: PluginXml) -> None:
     """The example of gazebo_plugins, which does nothing."""
+
+
+@part_of(ForceSpec)
+class ForcePlugin(Part):
+    """Applies the last geometry_msgs/Wrench to a link in every step, along the world's axes."""
+
+    STATE = ("_wrench",)
+    COMMANDS = {"topic": ("geometry_msgs/Wrench", "_on_wrench")}
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._part, _ = self.model.link_in_body(self.spec.link)
+
+    def reset(self, time: float) -> None:
+        """Without a wrench."""
+        self._wrench = (np.zeros(3), np.zeros(3))
+        super().reset(time)
+
+    def _on_wrench(self, message: Any) -> None:
+        wrench = np.array([(v.x, v.y, v.z) for v in (message.force, message.torque)])
+        if not np.abs(wrench).max() <= MAX_COMMAND:  # also of NaN
+            self.log_error(
+                f"{self.spec.topic}: wrench {wrench.ravel().tolist()}, must be finite numbers, at "
+                f"most {MAX_COMMAND:g} either way; the last valid one is kept",
+                every=1.0,
+            )
+            return
+        self._wrench = wrench[0], wrench[1]
+
+    def update(self, time: float, period: float) -> None:
+        force, torque = self._wrench
+        if force.any() or torque.any():
+            self.model.apply_wrench(self._part, force, torque)
+
+
+REACH = 0.05  # [m] between the origins of two links, below which the gripper draws
+NEAR = 0.01  # [m] below which it holds the other's origin at its own
+MAX_PULL = 20.0  # [N]
+
+
+@part_of(VacuumGripperSpec)
+class VacuumGripperPlugin(Part):
+    """Draws links of other models that are near its link; std_msgs/Bool tells whether there is one.
+
+    While it is on, such a link gets the gripper's velocity and a force towards it. As upstream the
+    force is computed along the other link's axes and acts along the world's. Of models with several
+    links only the root link gets the velocity.
+    """
+
+    STATE = ("_is_on",)
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._is_on = False
+        self._grasping = self.output(NumbersOutput(self.spec.topic, "std_msgs/Bool", {"data": 1}))
+
+    def offer(self) -> None:
+        for name, is_on in (("on", True), ("off", False)):
+            service = f"{self.spec.namespace}/{name}"
+            self.service(service, "std_srvs/Empty", partial(self._switch, is_on))
+
+    def _switch(self, is_on: bool, _request: Any) -> None:
+        if self._is_on == is_on:
+            word = "on" if is_on else "off"
+            self.log_warning(f"gazebo_ros_vacuum_gripper: already status is '{word}'")
+        self._is_on = is_on
+
+    def update(self, time: float, period: float) -> None:
+        draws = False
+        if self._is_on:
+            pose, linear, angular = self.model.link_state(self.spec.link)
+            for model in self.world.models.values():
+                if model is not self.model and model.name != self.spec.link:
+                    for link in model.rigid_parts:
+                        draws |= self._draw(model, link, pose, linear, angular)
+        if self._grasping.has_subscribers():
+            self._grasping.send(time, (draws,))
+
+    @staticmethod
+    def _draw(model: Any, link: str, pose: Pose, linear: Any, angular: Any) -> bool:
+        """Draw a model's link to a pose; returns whether it is near enough, static or not."""
+        own = model.link_state(link)[0]
+        away = np.array((own.inverse() * pose).position)
+        distance = float(np.linalg.norm(away))
+        if distance >= REACH:
+            return False
+        if model.is_static:
+            return True
+        if link != model.description.root:
+            pass
+        elif distance < NEAR:
+            there = Pose(pose.position, own.orientation) * model.description.root_pose.inverse()
+            model.set_state(there, linear, angular)
+        else:
+            model.body.set_velocity(linear, angular)
+        if distance > 0.0:
+            pull = min(1.0 / distance, MAX_PULL) * away / distance
+            model.apply_wrench(model.link_in_body(link)[0], pull, np.zeros(3))
+        return True
+
+
+# As gazebo_plugins' cfg/WheelSlip.cfg: what is below 0 changes nothing.
+_SLIP = tuple(
+    (
+        f"slip_compliance_unitless_{side}",
+        "double",
+        -1.0,
+        -1.0,
+        20.0,
+        f"Unitless slip compliance (slip over friction), {side}.",
+    )
+    for side in ("lateral", "longitudinal")
+)
+
+
+@part_of(WheelSlipSpec)
+class WheelSlipPlugin(Part):
+    """Sets slip1 and slip2 of wheels' contacts: their rims' speed times compliance over force."""
+
+    STATE = ("_lateral", "_longitudinal")
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        wheels, model = self.spec.wheels, self.model
+        self._lateral = [wheel.lateral for wheel in wheels]
+        self._longitudinal = [wheel.longitudinal for wheel in wheels]
+        self._links = [model.link_in_body(wheel.link)[0] for wheel in wheels]
+
+    def offer(self) -> None:
+        if self.spec.namespace:
+            values = {row[0]: row[2] for row in _SLIP}
+            self.reconfigure(self.spec.namespace, _SLIP, values, self._on_values)
+
+    def _on_values(self, config: Any, _level: int) -> Any:
+        lateral, longitudinal = (config[row[0]] for row in _SLIP)
+        self.call(lambda: self._set(lateral, longitudinal))
+        return config
+
+    def _set(self, lateral: float, longitudinal: float) -> None:
+        """New compliances of all wheels; below 0: as they are."""
+        count = len(self.spec.wheels)
+        if lateral >= 0.0:
+            self._lateral = [lateral] * count
+        if longitudinal >= 0.0:
+            self._longitudinal = [longitudinal] * count
+
+    def update(self, time: float, period: float) -> None:
+        model = self.model
+        slips = zip(self.spec.wheels, self._links, self._lateral, self._longitudinal)
+        for wheel, link, lateral, longitudinal in slips:
+            joint = model.description.joints[wheel.joint]
+            pose, _, angular = model.link_state(wheel.link)
+            axis = pose.matrix @ np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+            scale = wheel.radius * abs(float(angular @ axis)) / wheel.force
+            model.body.set_slip(link, scale * lateral, scale * longitudinal)
+
+
+@part_of(BuoyancySpec)
+class BuoyancyPlugin(Part):
+    """Lifts each link by the weight of the fluid that it displaces, wherever it is, as Gazebo's."""
+
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        given = {part.link: part for part in self.spec.given}
+        parts = self.model.rigid_parts.items()
+        self._parts = [given.get(name) or self._displaced(name, link) for name, link in parts]
+
+    def _displaced(self, name: str, link: Any) -> Floating:
+        """The volume of a link's collisions, of a mesh that of the box around it."""
+        volumes, places = [0.0], [np.zeros(3)]
+        for shape in link.collisions:
+            kind, size = shape.geometry.kind, shape.geometry.size
+            if kind == "box":
+                volume = float(np.prod(size))
+            elif kind == "sphere":
+                volume = 4.0 / 3.0 * math.pi * size[0] ** 3
+            elif kind == "cylinder":
+                volume = math.pi * size[0] ** 2 * size[1]
+            elif kind == "mesh":
+                low, high = mesh_box(shape.geometry.path)
+                volume = float(np.prod((high - low) * np.abs(shape.geometry.scale)))
+            else:
+                continue
+            volumes.append(volume)
+            places.append(np.array(shape.pose.position))
+        total = sum(volumes)
+        middle = np.average(places, axis=0, weights=volumes) if total else np.zeros(3)
+        x, y, z = middle.tolist()
+        return Floating(name, total, (x, y, z))
+
+    def update(self, time: float, period: float) -> None:
+        if self.model.is_static:
+            return
+        for part in self._parts:
+            link, offset = self.model.link_in_body(part.link)
+            frame = Pose(*self.model.body.link_motion(link)[:2]) * offset
+            point = (frame * Pose(part.center)).position
+            force = [-self.spec.density * part.volume * axis for axis in self.world.gravity]
+            self.model.body.apply_force(link, force, point)
+
+
+@part_of(HandOfGodSpec)
+class HandOfGodPlugin(Part):
+    """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
+
+    needs_ros = True
+    CACHE = ("_missing",)  # whether it was logged
+    every_step = True
+    resets = False
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        spec, model = self.spec, self.model
+        self._part, _ = model.link_in_body(spec.link)
+        part = model.rigid_parts[self._part]
+        self._damping = (
+            2.0 * math.sqrt(spec.linear * part.mass),
+            2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
+        )
+        self._missing = False
+        self._actual = self.output(TransformsOutput(spec.topic))
+        self._frames = self.transforms()
+
+    def _desired(self) -> Pose | None:
+        """Pose to pull to, or None, logged once."""
+        try:
+            pose: Pose = self._frames.pose_in("world", f"{self.spec.frame}_desired")
+        except LookupError as error:
+            if not self._missing:
+                self.log_error(f"hand of god: {error}")
+            self._missing = True
+            return None
+        self._missing = False
+        return pose
+
+    def update(self, time: float, period: float) -> None:
+        desired = self._desired()
+        if desired is None:
+            return
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        away = np.subtract(desired.position, pose.position)
+        x, y, z, w = (pose.inverse() * desired).orientation
+        sign = -1.0 if w < 0.0 else 1.0
+        sine = math.sqrt(x * x + y * y + z * z)
+        half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
+        rotation = sign * half * np.array((x, y, z))  # half the vector, as upstream takes it
+        force = self.spec.linear * away - self._damping[0] * linear
+        torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
+        self.model.apply_wrench(self._part, force, torque)
+        if self._actual.has_subscribers():
+            self._actual.send(time, [("world", f"{self.spec.frame}_actual", pose)])
+
+
+CLOSED, OPEN = 0.0, 1.0  # positions of a lift's door
+LIFT_GAINS, DOOR_GAINS = (1e5, 1e5), (2.0, 1.0)  # P, D
+LIFT_NEAR, DOOR_NEAR = 0.15, 0.05  # errors at which they count as there
+
+
+@part_of(ElevatorSpec)
+class ElevatorPlugin(Part):
+    """Closes the door, goes to a floor, opens, waits and closes; meanwhile it takes no other floor.
+
+    As upstream the derivative of the door's error is over the time since the start. It waits in
+    simulated time.
+    """
+
+    STATE = ("_floor", "_door", "_steps", "_began", "_errors", "_there", "_until")
+    COMMANDS = {"topic": ("std_msgs/String", "_on_floor")}
+    every_step = True
+
+    def reset(self, time: float) -> None:
+        """As it was loaded, but for where it goes and whether its door is to be open."""
+        self._floor: int = getattr(self, "_floor", 0)
+        self._door: float = getattr(self, "_door", CLOSED)
+        self._steps: tuple[tuple[str, int], ...] = ()  # that are to be made, each with a floor
+        self._began = self._until = math.nan
+        self._errors, self._there = (0.0, 0.0), (True, True)  # of the lift and the door
+        super().reset(time)
+
+    def _on_floor(self, message: Any) -> None:
+        number = re.match(r"\s*([+-]?0*\d{1,10})(?!\d)", message.data)  # as C++ reads one
+        floor = int(number[1]) if number else 1 << 31
+        if not -(1 << 31) <= floor < 1 << 31:
+            self.log_error(f"{self.spec.topic}: '{message.data:.80}' is no number of a floor")
+            return
+        if not self._steps:
+            steps = ("close", "move", "open", "wait", "close")
+            self._steps = tuple((step, floor) for step in steps)
+            self._until = math.nan
+
+    def update(self, time: float, period: float) -> None:
+        if self._steps and self._is_done(time, *self._steps[0]):
+            self._steps, self._until = self._steps[1:], math.nan
+        if math.isnan(self._began):
+            self._began = time
+            return
+        positions = self.model.joints.state()[0]
+        lift = positions[self.spec.lift] - self._floor * self.spec.height
+        door = positions[self.spec.door] - self._door
+        step = self.world.time_step
+        for joint, error, old, gains, elapsed in (
+            (self.spec.lift, lift, self._errors[0], LIFT_GAINS, step),
+            (self.spec.door, door, self._errors[1], DOOR_GAINS, time - self._began),
+        ):
+            effort = -gains[0] * error - gains[1] * (error - old) / elapsed
+            self.model.joints.add_effort(joint, effort)
+        self._errors = lift, door
+        self._there = abs(lift) < LIFT_NEAR, abs(door) < DOOR_NEAR
+
+    def _is_done(self, time: float, step: str, floor: int) -> bool:
+        """Begin a step, or tell whether it is made."""
+        if math.isnan(self._until):
+            self._until = time + (self.spec.wait if step == "wait" else 0.0)
+            if step == "move":
+                self._floor = floor
+            elif step != "wait":
+                self._door = OPEN if step == "open" else CLOSED
+            return False
+        if step == "wait":
+            return time >= self._until
+        return self._there[0 if step == "move" else 1]
+
+
+_WRENCH = {"wrench.force": 3, "wrench.torque": 3}
+
+
+@part_of(ForceTorqueSpec)
+class ForceTorqueSensor(Sensor):
+    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes.
+
+    Zeros of a joint without <provide_feedback>.
+    """
+
+    MESSAGE, FIELDS = "geometry_msgs/WrenchStamped", _WRENCH
+    whole_periods = True
+    waits_for_time = True
+
+    def measure(self, time: float) -> Any:
+        wrench: Any = (np.zeros(3), np.zeros(3))
+        if self.spec.feedback:
+            wrench = joint_wrench(self.model, self.spec.joint)
+        if self.spec.noise_stddev:
+            wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
+        return wrench
+
+
+@part_of(LinkForceSpec)
+class LinkForceSensor(Sensor):
+    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
+
+    STATE = ("_before",)
+    MESSAGE, FIELDS = "geometry_msgs/WrenchStamped", _WRENCH
+
+    def start(self, time: float) -> None:
+        """Measure from now on."""
+        self._before: Any = None  # (velocity, angular velocity, time) at the last measurement
+
+    def measure(self, time: float) -> Any:
+        part = self.model.description.links[self.spec.link]
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        speed = linear + np.cross(angular, pose.matrix @ part.center)
+        before, self._before = self._before, (speed, angular, time)
+        if before is None or not time > before[2]:
+            return None
+        inertia = pose.matrix @ part.inertia @ pose.matrix.T
+        return net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])

@@ -1,88 +1,46 @@
-"""IMU, GPS, magnetometer, ground truth: their specifications, read from SDF and plugins."""
+"""IMU, GPS, magnetometer, ground truth."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any, ClassVar
 
+import numpy as np
+
+from bullet_sim.description.world import Place
+from bullet_sim.errors import SimError
+from bullet_sim.parts.base import Sensor, part_of
+from bullet_sim.parts.outputs import ImuOutput, NumbersOutput, OdometryOutput
+from bullet_sim.plugins.errors import TunedSensor, errors_of, sensor_errors
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import MODEL, PLAIN, ROOT, Rule
 from bullet_sim.plugins.spec import SensorSpec, number, read, reading, switch, topic_of
 from bullet_sim.plugins.xml import (
-    ZERO,
-    ZERO_POSE,
     PluginXml,
-    PoseTuple,
     SensorXml,
     Values,
     offset_of_merged,
 )
-from bullet_sim.pose import Pose, Quat, Vec3, quaternion_from_rpy
+from bullet_sim.pose import (
+    ZERO,
+    ZERO_POSE,
+    Pose,
+    PoseTuple,
+    Quat,
+    Vec3,
+    multiply,
+    quaternion_from_rpy,
+    quaternion_from_yaw,
+)
+from bullet_sim.sensors import inertial
+from bullet_sim.sensors.errors import Bias, BiasModel, ErrorModel, SensorErrors
 from bullet_sim.xml_reader import document_root
 
-HOUR: Vec3 = (1.0 / 3600.0,) * 3  # [1/s]
 OF_WORLD = "useWorldSphericalCoordinates"
 OLD_YAW = "headingGaussianNoise"  # of older versions of hector's IMU, with its like
-
-
-@dataclass(frozen=True)
-class ErrorModel:
-    """Errors of one measurement of hector's sensors, along its three axes.
-
-    Attributes:
-        offset: constant.
-        drift: standard deviation of the drift at the start, and of what it wanders to.
-        frequency: at which a drift decays [1/s].
-        noise: standard deviation of the white noise.
-        scale: factor of the true value.
-    """
-
-    offset: Vec3 = ZERO
-    drift: Vec3 = ZERO
-    frequency: Vec3 = HOUR
-    noise: Vec3 = ZERO
-    scale: Vec3 = (1.0,) * 3
-
-
-@dataclass(frozen=True)
-class BiasModel:
-    """What a <noise> of SDF has besides its mean and its deviation, along three axes.
-
-    Attributes:
-        mean, stddev: of the bias at the start, which then gets a random sign.
-        wander, time: deviation of what is added to it each second, and time [s] in which it decays;
-            either 0: it stays.
-        precision: to a multiple of which measurements are rounded; 0: they are not.
-    """
-
-    mean: Vec3 = ZERO
-    stddev: Vec3 = ZERO
-    wander: Vec3 = ZERO
-    time: Vec3 = ZERO
-    precision: Vec3 = ZERO
-
-
-def sensor_errors(xml: PluginXml, prefix: str = "", noise: float = 0.0) -> ErrorModel:
-    """Errors that a plugin's tags give.
-
-    Args:
-        prefix: of the tags: "accel" reads <accelOffset>; empty: <offset> ...
-        noise: standard deviation of all axes; 0: that of the tag.
-    """
-
-    def vector(name: str, default: Vec3) -> Vec3:
-        tag = f"{prefix}{name}" if prefix else f"{name[0].lower()}{name[1:]}"
-        return xml.vector(tag, default=default, broadcast=True)
-
-    return ErrorModel(
-        offset=vector("Offset", ZERO),
-        drift=vector("Drift", ZERO),
-        frequency=vector("DriftFrequency", HOUR),
-        noise=(noise,) * 3 if noise else vector("GaussianNoise", ZERO),
-        scale=vector("ScaleError", (1.0,) * 3),
-    )
 
 
 def _timer(xml: PluginXml, default: float = 0.0) -> float:
@@ -107,11 +65,6 @@ def _of_place(tag: str, default: float = 0.0, then: Callable[[float], float] = f
         return then(xml.number(tag, default))
 
     return reading(of, then(default))
-
-
-def _errors(prefix: str = "") -> Any:
-    """See sensor_errors."""
-    return reading(lambda xml: sensor_errors(xml, prefix), ErrorModel())
 
 
 def _link(xml: PluginXml) -> str:
@@ -139,7 +92,7 @@ class ImuSpec(SensorSpec):
         orientation_noise: standard deviation on each number of the quaternion.
     """
 
-    NAME = "imu"
+    NAME, INTERFACE = "imu", "imu"
     rate: float = 100.0
     topic: str = "/imu"
     frame_id: str = "imu_link"
@@ -238,8 +191,8 @@ class GpsSpec(SensorSpec):
     heading: float | None = _of_place("referenceHeading", 0.0, math.radians)
     status: int = number("status", 0.0, int)
     service: int = number("service", 0.0, int)
-    errors: ErrorModel = _errors()
-    velocity_errors: ErrorModel = _errors("velocity")
+    errors: ErrorModel = errors_of()
+    velocity_errors: ErrorModel = errors_of("velocity")
 
 
 @model_plugin("hector_gazebo_ros_magnetic")
@@ -267,7 +220,7 @@ class MagneticSpec(SensorSpec):
     declination: float = number("declination", 0.0, math.radians)
     inclination: float = number("inclination", 60.0, math.radians)
     field_message: bool = switch("useMagneticFieldMsgs")
-    errors: ErrorModel = _errors()
+    errors: ErrorModel = errors_of()
 
 
 def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
@@ -432,3 +385,345 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
         accel=sensor_errors(xml, "accel", noise),
         heading=sensor_errors(xml, "yaw" if xml.element.find(OLD_YAW) is None else "heading"),
     )
+
+
+_SERVICES = {"SERVICE_GPS": 1, "SERVICE_GLONASS": 2, "SERVICE_COMPASS": 4, "SERVICE_GALILEO": 8}
+_GNSS = tuple(  # hector_gazebo_plugins/GNSS.cfg
+    (name, "bool", default, False, True, text)
+    for name, default, text in (
+        ("STATUS_FIX", True, "unaugmented fix"),
+        ("STATUS_SBAS_FIX", False, "fix with satellite-based augmentation"),
+        ("STATUS_GBAS_FIX", False, "with ground-based augmentation"),
+        *((name, True, name.partition("_")[2]) for name in _SERVICES),
+    )
+)
+
+
+def _gnss_values(status: int, service: int) -> dict[str, bool]:
+    return {
+        "STATUS_FIX": status != -1,
+        "STATUS_SBAS_FIX": bool(status & 1),
+        "STATUS_GBAS_FIX": bool(status & 2),
+        **{name: bool(service & bit) for name, bit in _SERVICES.items()},
+    }
+
+
+@part_of(GroundTruthSpec)
+class GroundTruthSensor(Sensor):
+    """nav_msgs/Odometry without error, in the world or relative to a link."""
+
+    whole_periods = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._shift: Pose | None = Pose.from_xyz_rpy(*self.spec.offset)
+        if self._shift == Pose():
+            self._shift = None
+
+    def make_output(self) -> OdometryOutput:
+        spec, variances = self.spec, [self.spec.noise_stddev**2] * 6
+        frames = spec.frame_id, spec.child_frame_id
+        return OdometryOutput(spec.topic, *frames, variances, variances)
+
+    def needs_update(self) -> bool:
+        """As ModelPlugin; never where the reference link does not exist."""
+        return self.spec.reference is not None and super().needs_update()
+
+    def measure(self, time: float) -> Any:
+        linear: Any
+        angular: Any
+        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        if self.spec.reference:
+            frame = self.model.link_motion(self.spec.reference)
+            position, orientation, linear, angular = inertial.relative_motion(
+                (position, orientation, linear, angular), frame
+            )
+        if self._shift is not None:
+            x, y, z = np.add(position, self._shift.position).tolist()
+            position, orientation = (x, y, z), multiply(self._shift.orientation, orientation)
+        linear, angular = inertial.twist(orientation, linear, angular, self.spec.twist_in_child)
+        if self.spec.noise_stddev > 0:
+            linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
+            angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
+        return position, orientation, linear, angular
+
+
+@part_of(ImuSpec)
+class ImuSensor(Sensor):
+    """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference", "_gyro_bias", "_accel_bias")
+    waits_for_time = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._gyro_bias, self._accel_bias = Bias(self.spec.gyro_bias), Bias(self.spec.accel_bias)
+
+    def make_output(self) -> ImuOutput:
+        return ImuOutput(self.spec.topic, self.spec.frame_id, self.spec.variance)
+
+    def start(self, time: float) -> None:
+        """Measure from now on."""
+        self._before: Any = None  # (velocity, time) at the last measurement
+        x, y, z, w = self.pose().orientation if self.spec.relative else (0.0, 0.0, 0.0, 1.0)
+        self._reference: Quat = (-x, -y, -z, w)  # from the left to an orientation in the world
+        self._gyro_bias.restart(self.rng)
+        self._accel_bias.restart(self.rng)
+
+    def offer(self) -> None:
+        super().offer()
+        if self.spec.service:
+            self.service(self.spec.service, "std_srvs/Empty", self._on_calibrate)
+
+    def _on_calibrate(self, _request: Any) -> None:
+        """A simulated IMU is calibrated."""
+
+    def measure(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        """Orientation, angular velocity [rad/s] and specific force [m/s^2] at a time [s]."""
+        period = 0.0 if self._before is None else time - self._before[1]
+        orientation, rate, force = self._ideal(time)
+        spec = self.spec
+        if spec.relative:
+            orientation = multiply(self._reference, orientation)
+        if spec.turn[:3] != (0.0, 0.0, 0.0):
+            orientation = multiply(spec.turn, orientation)
+        if spec.orientation_noise > 0.0:  # also of its length, as upstream
+            a, b, c, d = self.rng.normal(0.0, spec.orientation_noise, 4).tolist()
+            x, y, z, w = orientation
+            orientation = x + a, y + b, z + c, w + d
+        rate, force = self._with_noise(rate, force)
+        if not self._gyro_bias.is_none:
+            rate = self._gyro_bias.measured(rate, period, self.rng)
+        if not self._accel_bias.is_none:
+            force = self._accel_bias.measured(force, period, self.rng)
+        return orientation, rate, force
+
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        """As measure(), without errors."""
+        _, orientation, linear, angular = self.sensor_motion()
+        force = inertial.specific_force(linear, self._before, time, self.world.gravity)
+        self._before = (linear, time)
+        force, rate = inertial.twist(orientation, force, angular)
+        return orientation, rate, force
+
+    def _with_noise(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
+        """Rate and acceleration with their noise."""
+        spec = self.spec
+        return (
+            self._noisy(rate, spec.gyro_noise_stddev, spec.gyro_noise_mean),
+            self._noisy(acceleration, spec.accel_noise_stddev, spec.accel_noise_mean),
+        )
+
+    def _noisy(self, values: Vec3, stddev: float | Vec3, mean: float | Vec3) -> Vec3:
+        """As inertial.add_noise, on plain numbers."""
+        x, y, z = values
+        if mean:
+            a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
+            x, y, z = x + a, y + b, z + c
+        if isinstance(stddev, tuple) or stddev > 0.0:
+            a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
+            x, y, z = x + a, y + b, z + c
+        return x, y, z
+
+
+@part_of(ModelImuSpec)
+class ModelImuSensor(ImuSensor):
+    """As libgazebo_ros_imu.so: without gravity, and turned as there.
+
+    That plugin turns rates and accelerations from the world's axes by the orientation instead of by
+    its inverse. So they are in the sensor's axes only while these are parallel to the world's.
+    """
+
+    whole_periods = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self._turn = Pose.from_xyz_rpy(*self.spec.pose).orientation
+
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        _, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        x, y, z, w = orientation = multiply(self._turn, orientation)
+        acceleration = inertial.specific_force(linear, self._before, time, (0.0, 0.0, 0.0))
+        self._before = (linear, time)
+        turned = inertial.twist((-x, -y, -z, w), angular, acceleration)
+        return orientation, *turned
+
+
+@part_of(BiasedImuSpec)
+class BiasedImuSensor(ImuSensor, TunedSensor):
+    """An IMU with biases that drift and that services set.
+
+    As upstream <rpyOffset> is multiplied with the link's orientation from the left, which gives the
+    orientation and the axes of accelerations; rates are in the sensor's own axes.
+    """
+
+    CACHE: ClassVar[tuple[str, ...]] = ("_gravity", "_link")
+    resets = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self.errors = tuple(map(SensorErrors, (spec.accel, spec.gyro, spec.heading)))
+        self._gravity: float | None = None  # [m/s^2] that the sent variances are computed with
+        self._bias_sender = None
+        if spec.bias_topic:
+            self._bias_sender = self.output(ImuOutput(spec.bias_topic, spec.frame_id))
+        self._turn = Pose.from_xyz_rpy(*spec.pose).orientation
+
+    def tuned(self) -> dict[str, SensorErrors]:
+        names = (f"{self.spec.topic}/{name}" for name in ("accel", "rate", "yaw"))
+        return dict(zip(names, self.errors))
+
+    def offer(self) -> None:
+        super().offer()
+        for name, errors in zip(("set_accel_bias", "set_rate_bias"), self.errors):
+            service = f"{self.spec.topic}/{name}"
+            self.service(service, "hector_gazebo_plugins/SetBias", partial(self._on_bias, errors))
+
+    def _on_bias(self, errors: SensorErrors, request: Any) -> None:
+        bias = float(request.bias.x), float(request.bias.y), float(request.bias.z)
+        if not all(map(math.isfinite, bias)):
+            raise SimError(f"bias is {list(bias)}, must be finite numbers")
+        self.call(lambda: setattr(errors, "drift", bias))
+
+    def _on_calibrate(self, _request: Any) -> None:
+        """The gyroscopes lose their bias."""
+        self.call(lambda: setattr(self.errors[1], "drift", ZERO))
+
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        _, self._link, linear, angular = self.model.link_motion(self.spec.link)
+        orientation = multiply(self._turn, self._link)
+        force = inertial.specific_force(linear, self._before, time, self.world.gravity)
+        self._before = (linear, time)
+        force, _ = inertial.twist(orientation, force, angular)
+        rate, _ = inertial.twist(multiply(self._link, self._turn), angular, angular)
+        return orientation, rate, force
+
+    def measure(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        """As an ImuSensor, with the biases, which also tilt and turn the orientation."""
+        spec, period = self.spec, self.elapsed(time)
+        orientation, rate, force = self._ideal(time)
+        of_force, of_rate, of_heading = self.errors
+        force = of_force.measured(force, period, self.rng)
+        rate = of_rate.measured(rate, period, self.rng)
+        of_heading.measured(ZERO, period, self.rng)
+        tilting = of_force.bias
+        gravity = math.hypot(*self.world.gravity)
+        if gravity != self._gravity:
+            self._gravity = gravity
+            rates, forces = ([n * n for n in of.noise] for of in (spec.gyro, spec.accel))
+            tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in forces[:2]]
+            self._sender.set_variances([*tilt, spec.heading.noise[0] ** 2], rates, forces)
+        if gravity > 0.0 and any(tilting):
+            orientation = inertial.tilt_error(orientation, tilting, gravity, self._link)
+        if yaw := of_heading.bias[0]:
+            orientation = multiply(quaternion_from_yaw(yaw), orientation)
+        if self._bias_sender is not None:
+            self._bias_sender.send(
+                time,
+                (0.0, 0.0, 0.0, 1.0),
+                of_rate.bias,
+                tilting,
+            )
+        return orientation, rate, force
+
+
+@part_of(GpsSpec)
+class GpsSensor(TunedSensor):
+    """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
+
+    The velocity's axes point to the north, to the west and up.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_reference", "_status")
+    MESSAGE, FIELDS = "sensor_msgs/NavSatFix", {"fix": 3}
+    resets = True
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        spec = self.spec
+        given = {field.name: getattr(spec, field.name) for field in fields(Place)}
+        given = {name: value for name, value in given.items() if value is not None}
+        self._reference: Place = replace(self.world.place, **given)
+        self._meters = inertial.radii(self._reference.latitude)  # they stay, as upstream
+        self.errors = SensorErrors(spec.errors), SensorErrors(spec.velocity_errors)
+        self._status = (spec.status, spec.service)
+        topic, message = spec.velocity_topic, "geometry_msgs/Vector3Stamped"
+        self._velocities = self.output(NumbersOutput(topic, message, {"vector": 3}, spec.frame_id))
+
+    def tuned(self) -> dict[str, SensorErrors]:
+        names = (f"{self.spec.topic}/{name}" for name in ("position", "velocity"))
+        return dict(zip(names, self.errors))
+
+    def offer(self) -> None:
+        super().offer()
+        spec, kind = self.spec, "hector_gazebo_plugins/SetReferenceGeoPose"
+        self.service(f"{spec.topic}/set_reference_geopose", kind, self._on_reference)
+        values = _gnss_values(spec.status, spec.service)
+        self.reconfigure(f"{spec.topic}/status", _GNSS, values, self._on_status)
+
+    def _on_status(self, config: Any, _level: int) -> Any:
+        status = -1
+        if config["STATUS_FIX"]:
+            status = config["STATUS_SBAS_FIX"] | 2 * config["STATUS_GBAS_FIX"]
+        service = sum(bit for name, bit in _SERVICES.items() if config[name])
+        self.call(lambda: setattr(self, "_status", (status, service)))
+        return config
+
+    def _on_reference(self, request: Any) -> None:
+        position, q = request.geo_pose.position, request.geo_pose.orientation
+        yaw = Pose(orientation=(q.x, q.y, q.z, q.w)).rpy[2]  # counter-clockwise from east
+        numbers = (position.latitude, position.longitude, position.altitude, math.pi / 2.0 - yaw)
+        if not (all(map(math.isfinite, numbers)) and abs(position.latitude) < 90.0):
+            raise SimError(
+                f"reference is {numbers[0]:g} degrees north, {numbers[1]:g} east, "
+                f"{numbers[2]:g} m, must be finite, the latitude between -90 and 90"
+            )
+
+        def change() -> None:
+            self._reference = Place(*numbers)
+            self.restart_errors()
+
+        self.call(change)
+
+    def update(self, time: float, period: float) -> None:
+        elapsed = self.elapsed(time)
+        position, _, linear, _ = self.sensor_motion()
+        of_position, of_velocity = self.errors
+        u, v, w = of_velocity.measured(linear, elapsed, self.rng)
+        fix = of_position.measured(position, elapsed, self.rng)
+        a, b, c = of_velocity.drift  # which the position's drift adds up
+        x, y, z = of_position.drift
+        of_position.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
+        place = inertial.fix(fix, self._reference, self._meters)
+        self._sender.send(time, place, self._status, of_position.spec)
+        self._velocities.send(time, (*inertial.to_north_west(self._reference.heading, u, v), w))
+
+
+@part_of(MagneticSpec)
+class MagneticSensor(TunedSensor):
+    """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
+
+    resets = True
+
+    def __init__(self, context: Any) -> None:
+        spec = context.spec
+        self.errors = (SensorErrors(spec.errors),)
+        super().__init__(context)
+        heading = self.world.place.heading if spec.heading is None else spec.heading
+        self._field = inertial.field(spec.magnitude, heading, spec.declination, spec.inclination)
+
+    def make_output(self) -> NumbersOutput:
+        message, field = "geometry_msgs/Vector3Stamped", "vector"
+        if self.spec.field_message:
+            message, field = "sensor_msgs/MagneticField", "magnetic_field"
+        return NumbersOutput(self.spec.topic, message, {field: 3}, self.spec.frame_id)
+
+    def tuned(self) -> dict[str, SensorErrors]:
+        return {self.spec.topic: self.errors[0]}
+
+    def measure(self, time: float) -> Any:
+        pose, _, _ = self.sensor_state()
+        true = (pose.matrix.T @ self._field).tolist()
+        elapsed = self.elapsed(time)
+        return (self.errors[0].measured((true[0], true[1], true[2]), elapsed, self.rng),)

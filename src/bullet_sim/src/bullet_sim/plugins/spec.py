@@ -14,7 +14,8 @@ from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar, TypeVar
 
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml
+from bullet_sim.plugins.xml import SensorXml
+from bullet_sim.pose import ZERO_POSE, PoseTuple
 
 _READ = "read"  # a field's reader, in its metadata
 S = TypeVar("S")
@@ -35,11 +36,13 @@ class PluginSpec:
 
     Attributes:
         NAME: of a plugin without a name; empty: it has that of its joint or link.
+        INTERFACE: of ros_control, by which a controller reports it; empty: none does.
         name: the plugin's or the sensor's.
         link: the root link of its model, or the link that its sensor is in.
     """
 
     NAME: ClassVar[str] = ""
+    INTERFACE: ClassVar[str] = ""
     name: str
     link: str
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Iterable
-from typing import Any, Tuple, TypeVar, cast
+from typing import Any, TypeVar, cast
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins.rules import MODEL, NONE, RULES, FrameName, FramePrefix
-from bullet_sim.pose import Pose, Vec3
+from bullet_sim.pose import Pose, PoseTuple
 from bullet_sim.xml_reader import (
     Node,
     add_child,
@@ -25,12 +25,9 @@ from bullet_sim.xml_reader import (
     floats,
 )
 
-PoseTuple = Tuple[Vec3, Vec3]
 # typing.Self needs Python 3.11
 _Plugin = TypeVar("_Plugin", bound="PluginXml")
 _Sensor = TypeVar("_Sensor", bound="SensorXml")
-ZERO: Vec3 = (0.0, 0.0, 0.0)
-ZERO_POSE: PoseTuple = (ZERO, ZERO)
 DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars without a rate; Gazebo's has no limit then
 
 

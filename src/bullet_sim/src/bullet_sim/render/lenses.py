@@ -19,9 +19,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from bullet_sim.plugins.cameras import Distortion, Lens
 from bullet_sim.pose import Array, Pose, quaternion_from_rpy
-from bullet_sim.render.request import CameraRequest
+from bullet_sim.render.request import CameraRequest, Distortion, Lens
 
 NEIGHBORS = np.array([[0.707, 1.0, 0.707], [1.0, 0.0, 1.0], [0.707, 1.0, 0.707]])
 MIN_SCALE = 1e-7  # of a cropped image; below it is not cropped

@@ -2,15 +2,73 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from bullet_sim.description.model import VISIBLE
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Intrinsics, Lens
-from bullet_sim.plugins.xml import PoseTuple
-from bullet_sim.pose import Array
+from bullet_sim.pose import Array, PoseTuple
 
 RENDERERS = ("auto", "gl", "tiny")
 SWITCHES = ("auto", "true", "false")
+
+
+@dataclass(frozen=True)
+class Lens:
+    """r = c1 f function(theta / c2 + c3), with r = 1 at half the image's width.
+
+    Attributes:
+        fov: horizontal field of view [rad], up to 2 pi.
+        function: 'tan', 'sin' or 'id'.
+        scaled: f is chosen such that `fov` fills the width.
+        cutoff: maximum angle from the axis that is visible [rad].
+        texture: edge of the six images, around the camera, of which its image is made [px].
+    """
+
+    fov: float
+    c1: float = 1.0
+    c2: float = 1.0
+    c3: float = 0.0
+    f: float = 1.0
+    function: str = "id"
+    scaled: bool = True
+    cutoff: float = math.pi
+    texture: int = 256
+
+
+@dataclass(frozen=True)
+class Distortion:
+    """Distortion of an image, see lenses.
+
+    Attributes:
+        k1, k2, k3, p1, p2: coefficients of Brown's model.
+        center: of the lens, in widths and heights of the image from its upper left corner.
+        crop: whether the image is enlarged until its corners are filled.
+        legacy: whether coordinates are in image sizes, as by default in Gazebo; False: in focal
+            lengths.
+    """
+
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    center: tuple[float, float] = (0.5, 0.5)
+    crop: bool = False
+    legacy: bool = True
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole's projection [px]: column fx x/z - s y/z + cx and row fy y/z + cy of a point of the
+    optical frame, from the corner of the image.
+    """
+
+    fx: float = 277.0
+    fy: float = 277.0
+    cx: float = 160.0
+    cy: float = 120.0
+    s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,12 +114,11 @@ class CameraRequest:
     intrinsics: Intrinsics | None = None
 
     @classmethod
-    def from_spec(cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0) -> CameraRequest:
+    def from_spec(cls, spec: Any, key: int, link_index: int, seed: int = 0) -> CameraRequest:
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
         same = (field.name for field in fields(cls) if hasattr(spec, field.name))
         given = {name: getattr(spec, name) for name in same}
-        is_deep = isinstance(spec, DepthCameraSpec)
-        return cls(**given, key=key, link_index=link_index, seed=seed, depth=is_deep)
+        return cls(**given, key=key, link_index=link_index, seed=seed)
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from bullet_sim.description.collisions import collision_names, merged
 from bullet_sim.description.model import ModelDescription, Shape
-from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Vector
 
 
-def watched(spec: ContactSpec, description: ModelDescription) -> tuple[set[str], list[str]]:
+def watched(spec: Any, description: ModelDescription) -> tuple[set[str], list[str]]:
     """Collisions of a ContactSpec, by their names in Gazebo: LINK::COLLISION.
 
     As there a name has to be that of a collision of the sensor's link, of a URDF as sdformat writes

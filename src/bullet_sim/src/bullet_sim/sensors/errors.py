@@ -4,14 +4,52 @@ biases of Gazebo's own noise."""
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bullet_sim.component import Stateful
-from bullet_sim.plugins.inertial import BiasModel, ErrorModel
-from bullet_sim.plugins.xml import ZERO
-from bullet_sim.pose import Vec3
+from bullet_sim.pose import ZERO, Vec3
+
+HOUR: Vec3 = (1.0 / 3600.0,) * 3  # [1/s]
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """Errors of one measurement of hector's sensors, along its three axes.
+
+    Attributes:
+        offset: constant.
+        drift: standard deviation of the drift at the start, and of what it wanders to.
+        frequency: at which a drift decays [1/s].
+        noise: standard deviation of the white noise.
+        scale: factor of the true value.
+    """
+
+    offset: Vec3 = ZERO
+    drift: Vec3 = ZERO
+    frequency: Vec3 = HOUR
+    noise: Vec3 = ZERO
+    scale: Vec3 = (1.0,) * 3
+
+
+@dataclass(frozen=True)
+class BiasModel:
+    """What a <noise> of SDF has besides its mean and its deviation, along three axes.
+
+    Attributes:
+        mean, stddev: of the bias at the start, which then gets a random sign.
+        wander, time: deviation of what is added to it each second, and time [s] in which it decays;
+            either 0: it stays.
+        precision: to a multiple of which measurements are rounded; 0: they are not.
+    """
+
+    mean: Vec3 = ZERO
+    stddev: Vec3 = ZERO
+    wander: Vec3 = ZERO
+    time: Vec3 = ZERO
+    precision: Vec3 = ZERO
 
 
 class SensorErrors(Stateful):

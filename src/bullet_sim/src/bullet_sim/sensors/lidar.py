@@ -14,7 +14,6 @@ from bullet_sim.sensors.retro import intensities
 if TYPE_CHECKING:
     from bullet_sim.engine import Engine
     from bullet_sim.models.model import Model
-    from bullet_sim.plugins.lidars import LayeredRays, PatternSpec, RaySpec
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 
@@ -37,7 +36,7 @@ class Lidar:
         ValueError: samples < 1, more than MAX_RAYS, ranges in the wrong order, negative noise.
     """
 
-    def __init__(self, spec: RaySpec) -> None:
+    def __init__(self, spec: Any) -> None:
         n, noise = spec.samples, spec.noise_stddev
         near, far, rays = spec.range_min, spec.range_max, n * getattr(spec, "layers", 1)
         for holds, text in (
@@ -49,7 +48,7 @@ class Lidar:
             if not holds:
                 raise ValueError(f"lidar {spec.name}: {text} expected")
         n = int(n)
-        self.spec: Any = spec
+        self.spec = spec
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n) if n > 1 else np.zeros(1)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
@@ -135,7 +134,7 @@ class LayeredLidar(Lidar):
         ValueError: as Lidar; no layer.
     """
 
-    def __init__(self, spec: LayeredRays) -> None:
+    def __init__(self, spec: Any) -> None:
         super().__init__(spec)
         if spec.layers < 1:
             raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")
@@ -172,7 +171,7 @@ class PatternLidar(Lidar):
         inside: (samples,) bool: rays of the last scan that are in the fields of view.
     """
 
-    def __init__(self, spec: PatternSpec, pattern: Array) -> None:
+    def __init__(self, spec: Any, pattern: Array) -> None:
         super().__init__(spec)
         self._azimuth = np.radians(pattern[:, 1])
         self._tilt = np.radians(pattern[:, 2]) - 0.5 * np.pi  # positive down

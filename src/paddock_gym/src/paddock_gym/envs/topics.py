@@ -10,9 +10,9 @@ from typing import Any, Callable
 
 import numpy as np
 from bullet_sim.controllers.drive import Drive as DriveController
-from bullet_sim.parts.bases import TricyclePlugin
-from bullet_sim.parts.drives import DrivenBase
 from bullet_sim.parts.outputs import ImageOutput, NumbersOutput, ScanOutput
+from bullet_sim.plugins.bases import TricyclePlugin
+from bullet_sim.plugins.drives import DrivenBase
 from gymnasium import spaces
 
 from paddock_gym.errors import GymError
@@ -294,8 +294,8 @@ def _learned(topic: Topic) -> Observed:
         most = output.spec.range_max or 1.0
         space = spaces.Box(0.0, 1.0, (output.count,), np.float32)
         return Observed(space, lambda: _over(topic.fields["ranges"], most), topic)
-    if isinstance(output, NumbersOutput) and output.field == "range":
-        most = output.spec.range_max or 1.0
+    if isinstance(output, NumbersOutput) and "max_range" in output.constant:
+        most = output.constant["max_range"] or 1.0
         space = spaces.Box(0.0, 1.0, (1,), np.float32)
         return Observed(space, lambda: _over(topic.fields["range"], most), topic)
     if isinstance(output, ImageOutput):

@@ -17,10 +17,10 @@ from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.models.model import Model
 from bullet_sim.parts.base import PARTS, PartContext, noise_seed
-from bullet_sim.parts.control import Loop, Robot
 from bullet_sim.parts.outputs import Fields, Output
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import CameraRequest, Frame
+from bullet_sim.robots import Loop, Robot
 from bullet_sim.world import World
 
 from paddock_gym.errors import GymError
@@ -218,7 +218,7 @@ class RobotWorld:
         parts: list[Any] = []
         for index, spec in enumerate(model.description.sensors):
             kind = next((PARTS[base] for base in type(spec).__mro__ if base in PARTS), None)
-            if kind is None:
+            if kind is None or kind.needs_ros:
                 self.warnings.append(f"model '{model.name}': {spec.name} acts with ROS alone")
                 continue
             owner: list[Any] = []
