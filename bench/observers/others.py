@@ -48,8 +48,8 @@ class Paddock:
         self._action, self._many, self.cars = action, cars > 1, cars
         if self._many:
             self._action = np.tile(action, (cars, 1))  # cars that end start again by themselves
-        scene = (self.env.envs[0] if self._many else self.env).unwrapped.scene
-        self.period, self.time_step = scene.period, scene.world.time_step
+        one = (self.env.envs[0] if self._many else self.env).unwrapped
+        self.period, self.time_step = one.period, one.world.world.time_step
         self.env.reset(seed=0)
 
     def step(self):

@@ -28,7 +28,7 @@ class Course:
         from paddock_gym.envs.deepracer import DeepRacerEnv
 
         self.env = DeepRacerEnv(time_step=time_step)
-        self._car, self._scene = self.env.scene.car, self.env.scene
+        self._car, self._world = self.env.task.car, self.env.world
         self.env.action_space.seed(0)
 
     def circle(self, speed, steering):
@@ -38,7 +38,7 @@ class Course:
         self._wait(1.5)
         points, speeds = [], []
         for _ in range(60):
-            self._scene.advance()
+            self._act()
             motion = self._car.motion()
             points.append((motion.x, motion.y))
             speeds.append(math.hypot(motion.forward, motion.leftward))
@@ -53,7 +53,7 @@ class Course:
         path = []
         for number in range(90):
             self._car.drive(speed, amplitude * math.sin(2.0 * math.pi * number / period))
-            self._scene.advance()
+            self._act()
             motion = self._car.motion()
             path.append((motion.x, motion.y))
         return np.array(path)
@@ -86,9 +86,17 @@ class Course:
 
     def _start(self):
         self.env.reset(seed=1, options={"start": 0.0})
+        self._count = 0
+
+    def _act(self):
+        """Advance by one action."""
+        from paddock_gym.envs.agent import steps_of
+
+        self._count += 1
+        self._world.advance(steps_of(self._count, self.env.period, self._world.world.time_step))
 
     def _wait(self, seconds):
-        self._scene.advance(round(seconds / self._scene.world.time_step))
+        self._world.advance(round(seconds / self._world.world.time_step))
 
 
 def measure(quick, log):

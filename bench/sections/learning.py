@@ -96,7 +96,8 @@ class Circling:
 
     def steps(self):
         """Do the physics steps of some actions and nothing else; returns of how many."""
-        engine, count = self.env.scene.world.engine, self.env.scene.substeps
+        world = self.env.world.world
+        engine, count = world.engine, round(self.env.period / world.time_step)
         for _ in range(ACTIONS):
             engine.step(count)
         return ACTIONS
@@ -104,7 +105,7 @@ class Circling:
     def images(self):
         """Draw some images and nothing else; returns how many."""
         for _ in range(ACTIONS):
-            self.env.run.camera.image()
+            self.env.task.camera()
         return ACTIONS
 
     def restart(self):
@@ -258,7 +259,7 @@ def measure(quick, log):
                 monitor,
             )
             figures[name] = measured[name].figures()
-            if circling.env.run.camera is not None:
+            if circling.env.task.camera is not None:
                 figures["camera_over_bare_pictures"] = alternate(
                     lambda one_round=one_round, circling=circling: one_round(circling.images),
                     {
@@ -269,7 +270,7 @@ def measure(quick, log):
                     pairs_of(quick),
                     monitor,
                 )[name].figures()
-                figures["renderer"] = circling.env.scene.renderer.backend
+                figures["renderer"] = circling.env.world.cameras.renderer.backend
             circling.env.close()
             figures[f"worlds_{name}"] = side_by_side(track, options, quick)
         figures["before"] = os.environ.get("PADDOCK_BEFORE", "")

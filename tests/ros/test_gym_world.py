@@ -8,7 +8,7 @@ from deepracer_control.ackermann import Geometry, wheel_commands
 from deepracer_control.drivers.pursuit import Path, Pursuit
 from gazebo_msgs.srv import GetModelState
 from paddock_gym.envs.deepracer import DeepRacerEnv
-from paddock_gym.simulation.scene import SETTLING
+from paddock_gym.envs.robot import REST
 from sim_client import CAR_COMMANDS, START_LIMIT, command_publishers, wait_running
 from stepping import Time
 
@@ -58,29 +58,28 @@ class GymWorld(unittest.TestCase):
         return at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w
 
     def test_a_lap_has_the_same_poses(self):
-        env, car = self.env, self.env.scene.car.model
-        env.scene.restore()
-        env.run.start(None, (0.0, 0.0, 0.0))
-        env.scene.restore()  # start() has put the car to its place, from where it was
-        self.time.go(SETTLING)
-        path = Path(env.scene.track.centreline, closed=True)
+        env, car = self.env, self.env.task.car.model
+        env.reset(seed=0, options={"start": 0.0})
+        env.world.restore(env.saved)  # reset() has put the car to its place, from where it was
+        self.time.go(REST)
+        path = Path(env.task.track.centreline, closed=True)
         driver = Pursuit(path, max_speed=SPEED, max_lateral_acceleration=GRIP)
         end, farthest = "", 0.0
         while not end:
-            x, y, yaw = env.run.motion[:3]
+            x, y, yaw = env.task.motion[:3]
             x, y = x + REAR_AXLE * math.cos(yaw), y + REAR_AXLE * math.sin(yaw)
             speed, curvature = driver.command(x, y, yaw)
             action = env.options.actions.action(speed, math.atan(GEOMETRY.wheelbase * curvature))
-            before = env.scene.world.step_count
+            before = env.world.world.step_count
             end = env.step(action)[-1]["end"]
             self.command(*env.options.actions.command(action))
-            self.time.go((env.scene.world.step_count - before) * 1e-3, 1)
+            self.time.go((env.world.world.step_count - before) * 1e-3, 1)
             pose = car.pose
             gaps = (
                 abs(one - other)
                 for one, other in zip(self.pose(), (*pose.position, *pose.orientation))
             )
             farthest = max(farthest, *gaps)
-            self.assertLess(farthest, TOLERANCE, f"after {env.run.state.steps} actions")
+            self.assertLess(farthest, TOLERANCE, f"after {env.task.state.steps} actions")
         self.assertEqual(end, "lap")
         print(f"largest difference {farthest:g}")

@@ -6,7 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from paddock_gym.simulation.description import car_urdf
+from paddock_gym.simulation.car import recipe
+from track_model.track import load_track
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path[:0] = [str(BENCH), str(BENCH.parent / "docs" / "tools")]
@@ -63,7 +64,7 @@ def test_what_is_measured_is_told(python):
 
 def test_the_car_for_mujoco_has_the_joints_and_masses_of_ours():
     car = ElementTree.fromstring(mujoco_car(0.001))
-    urdf = ElementTree.fromstring(car_urdf())
+    urdf = ElementTree.fromstring(recipe(load_track("default"), 0.001).spawns[0].text)
     driven = [
         joint for joint in urdf.iter("joint") if joint.get("type") in ("continuous", "revolute")
     ]

@@ -67,9 +67,9 @@ def test_the_tracker_arrives(env):
 def test_named_paths():
     env = gymnasium.make(ID, path="park").unwrapped
     env.reset(seed=1, options={"lateral": 0.1, "turn": 0.0, "hitch": 0.1})
-    assert env.lateral == pytest.approx(0.1, abs=0.01)
-    assert env.hitch == pytest.approx(0.1, abs=0.01)
-    ends = env.path.sample(env.path.length)
+    assert env.task.lateral == pytest.approx(0.1, abs=0.01)
+    assert env.task.hitch == pytest.approx(0.1, abs=0.01)
+    ends = env.task.path.sample(env.task.path.length)
     assert float(ends[0]) < -4.0 and float(ends[1]) == pytest.approx(1.2, abs=0.01)
     env.close()
 

@@ -72,26 +72,26 @@ def test_noise_and_randomization_follow_the_seed():
 
 def test_reset_takes_a_start(env):
     env.reset(seed=1, options={"start": 0.25, "lateral": 0.1, "turn": math.radians(5.0)})
-    state, length = env.run.state, env.scene.course.length
+    state, length = env.task.state, env.task.course.length
     assert state.s == pytest.approx(0.25 * length, abs=0.02)
     assert state.lateral == pytest.approx(0.1, abs=0.005)
     assert math.degrees(state.heading_error) == pytest.approx(5.0, abs=0.5)
-    assert abs(env.run.motion.forward) < 1e-6
+    assert abs(env.task.motion.forward) < 1e-6
     with pytest.raises(GymError, match="reset has 'place'; there are start, lateral and turn"):
         env.reset(options={"place": 1})
 
 
 def test_a_step_is_a_control_period(env):
     env.reset(seed=1, options={"start": 0.0})
-    assert env.scene.substeps == 67
+    assert round(env.period / env.world.world.time_step) == 67
     for _ in range(15):
         _, _, terminated, truncated, info = env.step(STRAIGHT_ON)
     assert not (terminated or truncated)
     assert info["time"] == pytest.approx(1.0)
-    assert env.scene.world.time == pytest.approx(1.0)
+    assert env.world.world.time == pytest.approx(1.0)
     # 1.55 m/s is commanded: the tyres' mu of 0.5 bears 4.9 m/s^2, so 0.32 s and 0.25 m to get there
-    assert env.run.motion.forward == pytest.approx(1.55, abs=0.02)
-    assert env.run.state.distance == pytest.approx(1.55 - 0.25, abs=0.15)
+    assert env.task.motion.forward == pytest.approx(1.55, abs=0.02)
+    assert env.task.state.distance == pytest.approx(1.55 - 0.25, abs=0.15)
 
 
 def test_leaving_the_lane_terminates_with_a_penalty(env):
@@ -101,12 +101,12 @@ def test_leaving_the_lane_terminates_with_a_penalty(env):
         _, reward, terminated, truncated, info = env.step((1.0, 0.0))
         if terminated:
             break
-        assert reward == pytest.approx(env.run.state.gain)
+        assert reward == pytest.approx(env.task.state.gain)
         distance += reward
     assert terminated and not truncated
     assert info["end"] == "off_track"
-    assert reward == pytest.approx(env.run.state.gain - 3.0)
-    assert distance + reward + 3.0 == pytest.approx(env.run.state.distance)
+    assert reward == pytest.approx(env.task.state.gain - 3.0)
+    assert distance + reward + 3.0 == pytest.approx(env.task.state.distance)
 
 
 @pytest.mark.parametrize(
@@ -120,28 +120,28 @@ def test_leaving_the_lane_terminates_with_a_penalty(env):
 )
 def test_actions_take_the_steps_between_multiples_of_the_control_period(time_step, rate, counts):
     env = gymnasium.make(ID, time_step=time_step, control_rate=rate).unwrapped
-    assert env.scene.world.time_step == time_step
+    assert env.world.world.time_step == time_step
     for seed in (1, 2):  # each run begins alike
         env.reset(seed=seed)
         steps = [0]
         for _ in range(6):
             env.step(STRAIGHT_ON)
-            steps.append(env.scene.world.step_count)
+            steps.append(env.world.world.step_count)
         assert np.diff(steps).tolist() == 2 * counts
     env.close()
 
 
 def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env):
     """As long as the tires hold; where they slide, it changes by a tenth (docs/learning.md)."""
-    assert env.scene.world.time_step == 0.001
-    assert env.scene.world.engine.settings.iterations == 100  # of track.world
+    assert env.world.world.time_step == 0.001
+    assert env.world.world.engine.settings.iterations == 100  # of track.world
     radii = []
     for time_step in (0.001, 0.003):
         env = gymnasium.make(ID, time_step=time_step).unwrapped
-        car, scene = env.scene.car, env.scene
+        car, world = env.task.car, env.world
         env.reset(seed=1)
         car.drive(1.0, 0.13)
-        scene.advance(round(2.0 / scene.world.time_step))
+        world.advance(round(2.0 / world.world.time_step))
         motion = car.motion()
         radii.append(math.hypot(motion.forward, motion.leftward) / motion.yaw_rate)
         env.close()
@@ -151,29 +151,29 @@ def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env)
 
 def test_friction_bounds_how_the_car_pulls_away(env):
     """All four wheels are driven: mu g, until the commanded speed is reached."""
-    car = env.scene.car
+    car = env.task.car
     wheels = [name for name in car.model.rigid_parts if "wheel" in name]
     for mu in (0.35, 0.65, 0.5):  # at last what the URDF has
         for wheel in wheels:
             car.model.body.set_friction(wheel, mu)
         env.reset(seed=1, options={"start": 0.0})
         car.drive(4.0, 0.0)
-        env.scene.advance(round(0.2 / env.scene.world.time_step))
-        reached = mu * 9.81 * env.scene.world.time
+        env.world.advance(round(0.2 / env.world.world.time_step))
+        reached = mu * 9.81 * env.world.world.time
         assert car.motion().forward == pytest.approx(reached, rel=0.03)
 
 
 def test_boxes_crash():
     env = gymnasium.make(ID, race="object_avoidance").unwrapped
     env.reset(seed=1, options={"start": 0.0})
-    assert len(env.run.objects) == 3
-    env.scene.world.model("boxes0").set_state(Pose((0.8, 0.0, 0.1)))
+    assert len(env.task.objects) == 3
+    env.world.world.model("boxes0").set_state(Pose((0.8, 0.0, 0.1)))
     ends = []
     while not ends or not ends[-1]:
         _, reward, *_, info = env.step((0.0, -0.8))
         ends.append(info["end"])
     assert ends[-1] == "crashed" and len(ends) > 5
-    assert env.run.motion.x == pytest.approx(0.8 - 0.1 - 0.155, abs=0.06)  # box and nose
+    assert env.task.motion.x == pytest.approx(0.8 - 0.1 - 0.155, abs=0.06)  # box and nose
     assert reward < -2.5
     env.close()
 
@@ -184,7 +184,7 @@ def test_a_users_reward_function_decides(tmp_path):
     env = gymnasium.make(ID, reward=str(path)).unwrapped
     env.reset(seed=1)
     assert [env.step(STRAIGHT_ON)[1] for _ in range(3)] == [10.0, 20.0, 30.0]
-    assert env.run.params()["steps"] == 3
+    assert env.task.params()["steps"] == 3
     env.close()
 
 
@@ -193,7 +193,7 @@ def test_starts_go_round_where_they_are_not_random():
     starts = []
     for _ in range(3):
         env.reset(seed=5)
-        starts.append(env.run.state.s / env.scene.course.length)
+        starts.append(env.task.state.s / env.task.course.length)
     starts[0] -= round(starts[0])  # a lap's end is its start
     assert starts == pytest.approx([0.0, 0.05, 0.10], abs=1e-3)
     env.close()

@@ -70,16 +70,16 @@ def test_a_robots_messages_make_the_environments_observation():
     """Motion, ranges and image of messages make the observation that the policy was trained on."""
     names = ("state", "lidar", "camera")
     env = gymnasium.make(paddock_gym.IDS[0], observation=names, walls=True).unwrapped
-    assembler = Assembler(names, course=env.scene.course)
+    assembler = Assembler(names, course=env.task.course)
     assert assembler.observe((0.0, 0.0)) is None
     rng = np.random.default_rng(2)
     observation, _ = env.reset(seed=2, options={"start": 0.97})
     for _ in range(25):
         action = rng.uniform((-0.3, -0.8), (0.3, 0.0))
         observation, *_ = env.step(action)
-        assembler.set_motion(env.run.motion)
+        assembler.set_motion(env.task.motion)
         assembler.set_ranges(observation["lidar"] * observations.MAX_RANGE)
-        assembler.set_image(env.run.camera.image())
+        assembler.set_image(env.task.camera())
         assembled = assembler.observe(env.options.actions.command(action))
         assert (assembled["state"] == observation["state"]).all()
         assert assembled["lidar"] == pytest.approx(observation["lidar"], abs=1e-6)

@@ -65,11 +65,11 @@ def test_files_that_are_no_policies(tmp_path):
 
 def test_the_gym_and_a_robot_get_the_same_action(tmp_path, env):
     driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
-    assembler = Assembler(("state",), course=env.scene.course)
+    assembler = Assembler(("state",), course=env.task.course)
     observation, _ = env.reset(seed=4)
     last = (0.0, 0.0)
     for _ in range(30):
-        assembler.set_motion(env.run.motion)
+        assembler.set_motion(env.task.motion)
         commands = [driver.policy.command(seen) for seen in (observation, assembler.observe(last))]
         assert commands[0] == commands[1]
         last = commands[0]
@@ -83,7 +83,7 @@ def test_a_driver_makes_its_lap(tmp_path, env, kind):
     )
     lap = laps.drive(env, driver, laps.starts(2)[1])
     assert lap.end == "lap" and lap.is_lap and lap.progress == 100.0
-    length = env.scene.course.length
+    length = env.task.course.length
     assert lap.time == pytest.approx(length / np.mean(lap.trajectory[:, 2]), rel=0.05)
     assert lap.rms_lateral < 0.2 and lap.max_lateral < 0.38
     assert len(lap.trajectory) == round(15 * lap.time)
@@ -112,12 +112,12 @@ def test_a_lap_from_line_to_line_is_timed_by_the_referee(tmp_path, track, straig
     env = DeepRacerEnv(straight if track == "straight" else track, randomize=())
     driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
     lap_time = laps.line_to_line(env, driver)
-    course, period = env.scene.course, env.scene.period
+    course, period = env.task.course, env.period
     s = [standing_start(course)]
     observation, _ = env.reset(options={"start": s[0] / course.length})
     while s[-1] < course.length:  # also on after the run's end, which is before the line
         observation, *_ = env.step(driver.act(observation, env))
-        s.append(s[-1] + env.run.state.gain)
+        s.append(s[-1] + env.task.state.gain)
     times = period * np.arange(len(s))
     begin = np.interp(0.0, s, times) if course.closed else 0.0
     assert lap_time == pytest.approx(np.interp(course.length, s, times) - begin, abs=0.1 * period)

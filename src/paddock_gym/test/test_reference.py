@@ -129,7 +129,7 @@ def test_spaces_and_ends_of_the_truck(truck):
     assert ahead == backing.LOOKAHEADS.tolist()
     speed = table(TRUCK, "index", "action", "min", "max", "unit")[1]
     assert numbers(speed[3]) == [1.0, backing.TOP_SPEED]
-    assert numbers(TRUCK.partition("| one action |")[2])[0] == pytest.approx(truck.truck.period)
+    assert numbers(TRUCK.partition("| one action |")[2])[0] == pytest.approx(truck.period)
     named = re.findall(r"`(\w+)`", " ".join(r[0] for r in table(TRUCK, '`info["end"]`', "")))
     assert named == [backing.ARRIVED, backing.JACKKNIFED, backing.OFF_PATH]
 

@@ -22,7 +22,7 @@ def lap(env):
         driver = PursuitDriver(1.0)
         for _ in range(ACTIONS):
             env.step(driver.act(None, env))
-            some.places.append((env.run.motion.x, env.run.motion.y))
+            some.places.append((env.task.motion.x, env.task.motion.y))
             add_frame()
         return "twelve actions"
 
@@ -32,7 +32,7 @@ def lap(env):
 
 def test_a_drive_becomes_a_page_with_its_frames(env, lap, tmp_path):
     path = tmp_path / "replay.html"
-    assert keep(env.scene.world, "first: the best lap", str(path), lap) == ""
+    assert keep(env.world.world, "first: the best lap", str(path), lap) == ""
     assert path.stat().st_size < 10_000_000
     data = json.loads(re.search(r"window\.REPLAY = (.*?);</script>", path.read_text())[1])
     assert (data["title"], data["text"]) == ("first: the best lap", "twelve actions")
@@ -57,13 +57,13 @@ def test_a_drive_becomes_a_page_with_its_frames(env, lap, tmp_path):
 
 def test_a_drive_goes_on_without_bullet_web(env, lap, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "bullet_web.replay", None)
-    reason = keep(env.scene.world, "t", str(tmp_path / "replay.html"), lap)
+    reason = keep(env.world.world, "t", str(tmp_path / "replay.html"), lap)
     assert "bullet_web.replay" in reason
     assert len(lap.places) == ACTIONS and list(tmp_path.iterdir()) == []
 
 
 def test_a_replay_that_cannot_be_written_is_told(env, lap, tmp_path):
-    reason = keep(env.scene.world, "t", str(tmp_path / "none" / "replay.html"), lap)
+    reason = keep(env.world.world, "t", str(tmp_path / "none" / "replay.html"), lap)
     assert "No such file" in reason and len(lap.places) == ACTIONS
 
 

@@ -159,6 +159,15 @@ class RunState:
         return all(self.wheels_off)
 
 
+PER_METER, FAILURE = 1.0, -3.0  # of the reward `progress`
+
+
+def progress(state: RunState) -> float:
+    """Meters along the course since the last action, and a penalty for a run that failed."""
+    failed = state.end not in (RUNNING, LAP)
+    return PER_METER * state.gain + (FAILURE if failed else 0.0)
+
+
 class RunEvaluator:
     """Evaluates the run of one car, action by action."""
 

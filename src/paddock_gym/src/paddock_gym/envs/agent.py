@@ -50,15 +50,17 @@ class Agent:
         if not name:
             raise GymError("the world has no model; give urdf, sdf or a launch file with one")
         self.model: Model = models[name]
-        self.actions = Actions(world, action, limits, scaled, robot)
+        self.variation = Variation(world.world, self.model, vary, task.variable)
+        own = task.made(world, self.model, self.variation)
+        self.actions = own or Actions(world, action, limits, scaled, robot)
         self.action_space = self.actions.space
         chosen = (observation,) if isinstance(observation, str) else tuple(observation)
         self._observed = {each: observed(world, each) for each in chosen}
         boxes = {each: found.space for each, found in self._observed.items()}
         boxes.update(task.spaces)
-        self._alone = isinstance(observation, str) and not task.spaces
-        self.observation_space = boxes[chosen[0]] if self._alone else spaces.Dict(boxes)
-        self.variation = Variation(world.world, self.model, vary)
+        self._alone = task.alone if task.spaces else isinstance(observation, str)
+        space = next(iter(boxes.values())) if self._alone else spaces.Dict(boxes)
+        self.observation_space: spaces.Space[Any] = space
         topics = [resolved(each.partition(":")[0]) for each, found in self._observed.items()
                   if found.topic is not None]  # fmt: skip
         for topic in task.topics:
@@ -69,6 +71,7 @@ class Agent:
     def rest(self) -> None:
         """The robot stands as it starts."""
         self._rest_pose, self._at_rest = self.model.pose, self._touching()
+        self.task.rested(self._world)
         self.state = State(self._world, self.model)
 
     def _touching(self) -> frozenset[tuple[int, str]]:
@@ -123,8 +126,9 @@ class Agent:
             RewardError: the reward is no finite number, or reward or end raises an exception.
         """
         state = self.state
+        self.task.acted(state)
         state.steps, state.time, state.robot = steps, time, self.motion()
-        new = self._touching() - self._at_rest
+        new = self._touching() - self._at_rest if self.task.feels else ()
         state.touched = self._names({number for number, _ in new}) if new else ()
         return self._judged("reward", self.task.reward), self._judged("end", self.task.end)
 
@@ -139,6 +143,8 @@ class Agent:
             if name == "end":
                 return str(value or "")
             value = float(value)
+        except RewardError:
+            raise
         except Exception as error:
             kind = type(error).__name__
             raise RewardError(f"{name} of the task raised {kind}: {error}") from error
@@ -148,10 +154,9 @@ class Agent:
 
     def observe(self) -> Any:
         """The observation now."""
-        if self._alone:
-            return self._seen(next(iter(self._observed)))
         seen = {name: self._seen(name) for name in self._observed}
-        return {**seen, **self.task.observe(self.state)}
+        seen.update(self.task.observe(self.state))
+        return next(iter(seen.values())) if self._alone else seen
 
     def _seen(self, name: str) -> np.ndarray:
         values = self._observed[name].read()
@@ -167,6 +172,7 @@ class Agent:
             "x": state.robot.x,
             "y": state.robot.y,
             "touched": ", ".join(state.touched),
+            **self.task.info(state),
         }
 
 

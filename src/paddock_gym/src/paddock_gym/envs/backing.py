@@ -1,19 +1,21 @@
-"""Paddock/CyberTruckBacking-v1: a truck backs its trailer along a path."""
+"""Paddock/CyberTruckBacking-v1: a truck backs its trailer along a path; of Paddock/Robot-v0."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
-import gymnasium
 import numpy as np
 from cybertruck.trailer.geometry import TrailerError, backing_limit
 from cybertruck.trailer.paths import Path
 from cybertruck.trailer.shapes import SHAPES, make_shape
 from gymnasium import spaces
 
+from paddock_gym.envs.robot import RobotEnv
+from paddock_gym.envs.tasks import State, Task
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.truck import Truck
+from paddock_gym.simulation.truck import DRIVE_PERIOD, NAME, PERIODS, SETTLING, Truck, recipe
 
 TOP_SPEED = 0.4  # [m/s] backwards and forwards
 LOOKAHEADS = np.array((0.0, 0.5, 1.0, 1.5))  # where the path's curvature is observed [m]
@@ -26,51 +28,50 @@ LATERAL_SCALE = 0.15  # lateral error at which a meter along the path counts 1/e
 MIN_MEAN_SPEED = 0.1  # [m/s]: a run with a lower mean speed is truncated
 ARRIVED, JACKKNIFED, OFF_PATH = "arrived", "jackknifed", "lost"
 RANDOM = "random"
+PERIOD = PERIODS * DRIVE_PERIOD  # of an action [s]
 
 
-class BackingEnv(gymnasium.Env):
-    """Back the trailer's axle along a path.
-
-    Actions are two numbers from -1 to 1: steering (left positive) and speed (positive forwards,
-    0.4 m/s). The observation has 11 numbers: lateral error, sine and cosine of the heading error,
-    hitch angle, last steering and speed, the path's curvature at 0 to 1.5 m ahead, remaining
-    distance. The reward is the distance along the path, weighted by the lateral error, -1 for a run
-    that failed and up to 1 for the arrival.
+class Backing(Task):
+    """Back the trailer's axle along a path; takes the actions itself.
 
     Args:
-        path: line, arc, s, lane-change, park, or random: one of three with random dimensions.
+        path: as of BackingEnv.
 
-    Raises:
-        GymError: unknown path or render mode.
+    Attributes:
+        truck: Truck.
+        path: of the run; arc: the trailer's arc length on it [m].
+        lateral, heading_error, hitch: errors and angle of the trailer [m], [rad].
+        given: lateral [m], turn, hitch [rad] of the next start, instead of random ones.
     """
 
-    metadata = {"render_modes": [], "render_fps": 10}
+    space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+    spaces = {"state": spaces.Box(-4.0, 4.0, (7 + len(LOOKAHEADS),), np.float32)}
+    alone, feels = True, False
 
-    def __init__(self, path: str = RANDOM, render_mode: str | None = None) -> None:
-        if path not in (*SHAPES, RANDOM):
-            raise GymError(f"path is {path!r}; there are {', '.join(SHAPES)}, {RANDOM}")
-        if render_mode is not None:
-            raise GymError(f"render_mode is {render_mode!r}; there is only None")
-        self.render_mode, self._name = None, path
-        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-        self.observation_space = spaces.Box(-4.0, 4.0, (7 + len(LOOKAHEADS),), np.float32)
-        self.truck = Truck()
+    def __init__(self, path: str) -> None:
+        self._name, self.given = path, {}  # type: ignore[var-annotated]
+
+    def made(self, world: Any, model: Any, variation: Any) -> Backing:
+        self.truck = Truck(world)
         self._limit = backing_limit(self.truck.geometry, MARGIN)
+        return self
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Put the truck at the start of a path.
+    def rested(self, world: Any) -> None:
+        self.truck.rested()
 
-        Args:
-            seed: of path and start.
-            options: lateral [m], turn, hitch [rad] instead of random ones; or None.
-        """
-        super().reset(seed=seed)
-        rng, start_values = self.np_random, options or {}
+    def numbers(self, action: Any) -> tuple[float, float]:
+        """Steering [rad] and speed [m/s] of an action."""
+        steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
+        self._last = steer, throttle
+        return steer * self.truck.geometry.max_steering, throttle * TOP_SPEED
+
+    def drive(self, world: Any, actions: Any, numbers: Any, steps: int) -> None:
+        self.truck.drive(*numbers)
+
+    def start(self, state: State, rng: np.random.Generator) -> None:
         self.path = self._make_path(rng).moved(*START)
         lateral, turn, hitch = (
-            float(start_values.get(name, rng.uniform(-limit, limit)))
+            float(self.given.get(name, rng.uniform(-limit, limit)))
             for name, limit in (
                 ("lateral", START_LATERAL),
                 ("turn", START_HEADING),
@@ -78,10 +79,9 @@ class BackingEnv(gymnasium.Env):
             )
         )
         self.truck.place(0.0, -lateral, turn, hitch)  # the left of a path to -x is -y
-        self._last, self._steps = (0.0, 0.0), 0
+        self._last = 0.0, 0.0
         self.arc = self.path.first_nearest(*self.truck.trailer_axle_pose()[:2], 3.0)
         self._update_errors()
-        return self._observe(), self._info("")
 
     def _make_path(self, rng: np.random.Generator) -> Path:
         if self._name != RANDOM:
@@ -98,21 +98,14 @@ class BackingEnv(gymnasium.Env):
         except TrailerError:
             return make_shape("line")
 
-    def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Drive for one action."""
-        steer, throttle = (min(1.0, max(-1.0, float(value))) for value in action)
-        self.truck.drive(steer * self.truck.geometry.max_steering, throttle * TOP_SPEED)
-        self._last, before = (steer, throttle), self.arc
-        self._steps += 1
+    def reward(self, state: State) -> float:
+        before = self.arc
         self._update_errors()
-        end = self._end_reason()
+        end = self.end(state)
         reward = (self.arc - before) * math.exp(-((self.lateral / LATERAL_SCALE) ** 2))
         if end == ARRIVED:
-            reward += math.exp(-abs(self.lateral) / 0.05 - abs(self.heading_error) / 0.1)
-        elif end:
-            reward -= 1.0
-        slow = self._steps * self.truck.period > self.path.length / MIN_MEAN_SPEED
-        return self._observe(), float(reward), bool(end), bool(slow and not end), self._info(end)
+            return reward + math.exp(-abs(self.lateral) / 0.05 - abs(self.heading_error) / 0.1)
+        return reward - 1.0 if end else reward
 
     def _update_errors(self) -> None:
         """Update position and errors of the trailer."""
@@ -123,14 +116,14 @@ class BackingEnv(gymnasium.Env):
         self.lateral, self.heading_error = float(lateral), float(error)
         self.hitch = float(self.truck.hitch_angle())
 
-    def _end_reason(self) -> str:
+    def end(self, state: State) -> str:
         if abs(self.hitch) > self._limit:
             return JACKKNIFED
         if abs(self.lateral) > MAX_LATERAL or abs(self.heading_error) > MAX_HEADING_ERROR:
             return OFF_PATH
         return ARRIVED if self.arc > self.path.length - END_TOLERANCE else ""
 
-    def _observe(self) -> np.ndarray:
+    def observe(self, state: State) -> Mapping[str, np.ndarray]:
         row = np.array(
             (
                 self.lateral / 0.5,
@@ -142,20 +135,59 @@ class BackingEnv(gymnasium.Env):
                 *self.path.sample(self.arc + LOOKAHEADS)[3],
             )
         )
-        return np.clip(row, -4.0, 4.0).astype(np.float32)
+        return {"state": np.clip(row, -4.0, 4.0).astype(np.float32)}
 
-    def _info(self, end: str) -> dict[str, Any]:
+    def truncates(self, state: State, end: str) -> bool:
+        return not end and state.steps * PERIOD > self.path.length / MIN_MEAN_SPEED
+
+    def info(self, state: State) -> Mapping[str, Any]:
         return {
-            "end": end,
             "lateral": self.lateral,
             "heading": self.heading_error,
             "hitch": self.hitch,
             "x": self._position[0],
             "y": self._position[1],
-            "time": self._steps * self.truck.period,
             "progress": 100.0 * min(1.0, max(0.0, self.arc / self.path.length)),
         }
 
-    def close(self) -> None:
-        """Free the engine."""
-        self.truck.close()
+
+class BackingEnv(RobotEnv):
+    """Back the trailer's axle along a path.
+
+    Actions are two numbers from -1 to 1: steering (left positive) and speed (positive forwards,
+    0.4 m/s). The observation has 11 numbers: lateral error, sine and cosine of the heading error,
+    hitch angle, last steering and speed, the path's curvature at 0 to 1.5 m ahead, remaining
+    distance. The reward is the distance along the path, weighted by the lateral error, -1 for a run
+    that failed and up to 1 for the arrival.
+
+    Args:
+        path: line, arc, s, lane-change, park, or random: one of three with random dimensions.
+        render_mode: rgb_array, human, or None.
+
+    Attributes:
+        task: Backing.
+
+    Raises:
+        GymError: unknown path or render mode.
+    """
+
+    task: Backing
+
+    def __init__(self, path: str = RANDOM, render_mode: str | None = None) -> None:
+        if path not in (*SHAPES, RANDOM):
+            raise GymError(f"path is {path!r}; there are {', '.join(SHAPES)}, {RANDOM}")
+        super().__init__(
+            recipe(),
+            observation=(),
+            task=Backing(path),
+            vary=(),
+            control_rate=1.0 / PERIOD,
+            settle=SETTLING,
+            robot=NAME,
+            render_mode=render_mode,
+        )
+        self.period = PERIOD  # not rounded
+
+    def _place(self, options: dict[str, Any]) -> None:
+        """Have the next run start with lateral [m], turn, hitch [rad] instead of random ones."""
+        self.task.given = options

@@ -19,8 +19,8 @@ from paddock_gym.envs.topics import resolved
 from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.recipe import Recipe, from_files
+from paddock_gym.simulation.renderer import ObserverCamera
 from paddock_gym.simulation.robot_world import RobotWorld
-from paddock_gym.simulation.sensors import ObserverCamera
 
 REST = 1.0  # [s] until a robot rests
 TRIES = 50  # starts that may touch something
@@ -105,7 +105,9 @@ class RobotEnv(gymnasium.Env):
 
     Attributes:
         world: RobotWorld.
-        actions: Actions.
+        actions: Actions, or what the task has in place of them.
+        saved: state of the world in which runs begin, see RobotWorld.save().
+        period: of an action [s].
 
     Raises:
         GymError: an option is wrong.
@@ -171,7 +173,7 @@ class RobotEnv(gymnasium.Env):
         self.actions, self._delay = self._agent.actions, delay
         self.action_space = self._agent.action_space
         self.observation_space = self._agent.observation_space
-        self.render_mode, self._period = render_mode, 1.0 / control_rate
+        self.render_mode, self.period = render_mode, 1.0 / control_rate
         self.metadata = dict(self.metadata, render_fps=control_rate)
         self._window = Window() if render_mode == "human" else None
         self._camera: Any = None
@@ -186,7 +188,7 @@ class RobotEnv(gymnasium.Env):
         """Simulate until the robot rests; runs start from that."""
         self.world.advance(round(time / self.world.world.time_step))
         self._agent.rest()
-        self._saved = self.world.save()
+        self.saved = self.world.save()
 
     @property
     def state(self) -> State:
@@ -203,15 +205,23 @@ class RobotEnv(gymnasium.Env):
             options: start: (x, y, yaw) [m], [rad]; None: the task's.
         """
         super().reset(seed=seed)
-        unknown = set(options or {}) - {"start"}
-        if unknown:
-            raise GymError(f"reset has {min(unknown)!r}; there is start")
-        start = None if options is None else options.get("start")
-        begin_apart(self.world, self._saved, [self._agent], self.np_random, start)
+        start = self._place(options or {})
+        begin_apart(self.world, self.saved, [self._agent], self.np_random, start)
         self._steps = 0
         self.task.begun(self.state)
         self.world.measure()
         return self._agent.observe(), self._agent.info("")
+
+    def _place(self, options: dict[str, Any]) -> Any:
+        """x, y [m] and yaw [rad] of the start that options of reset() choose; None: the task's.
+
+        Raises:
+            GymError: there is no such option.
+        """
+        unknown = set(options) - {"start"}
+        if unknown:
+            raise GymError(f"reset has {min(unknown)!r}; there is start")
+        return options.get("start")
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Command an action and advance by one control period.
@@ -223,16 +233,15 @@ class RobotEnv(gymnasium.Env):
         agent, time_step = self._agent, self.world.world.time_step
         numbers = agent.decide(action)
         self._steps += 1
-        steps = steps_of(self._steps, self._period, time_step)
+        steps = steps_of(self._steps, self.period, time_step)
         wait = min(steps, round(self._delay / time_step) + agent.variation.delay)
         if wait:
             self.world.advance(wait)
-        agent.actions.send(numbers)
-        if wait < steps:
-            self.world.advance(steps - wait)
-        reward, end = agent.finish(self._steps, self._steps * self._period)
+        self.task.drive(self.world, agent.actions, numbers, steps - wait)
+        reward, end = agent.finish(self._steps, self._steps * self.period)
         self._show()
-        return agent.observe(), reward, bool(end), False, agent.info(end)
+        late = self.task.truncates(agent.state, end)
+        return agent.observe(), reward, bool(end) and not late, late, agent.info(end)
 
     def stamp(self, topic: str) -> float:
         """Simulated time [s] of the last message of an observed topic; NaN: none yet."""

@@ -1,13 +1,17 @@
-"""One car's runs: observations, actions and rewards."""
+"""The task of the DeepRacer: a run along a track, its observations, actions and rewards."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Dict, Union
+from typing import Any
 
 import numpy as np
+from bullet_sim.models.model import Model
 from gymnasium import spaces
+from track_model.referee.course import Course
+from track_model.track import Track
 
 from paddock_gym import observations
 from paddock_gym.contract.actions import Continuous
@@ -15,35 +19,27 @@ from paddock_gym.contract.params import Waypoints, params
 from paddock_gym.course import (
     LAP,
     OBSERVED_OBJECTS,
-    RUNNING,
     RunEvaluator,
-    RunState,
     TrackObject,
     next_objects,
+    progress,
 )
 from paddock_gym.envs.options import Options
-from paddock_gym.envs.rewards import progress
+from paddock_gym.envs.tasks import State, Task
 from paddock_gym.simulation.car import Car
-from paddock_gym.simulation.randomize import Randomizer
-from paddock_gym.simulation.scene import Obstacles, Scene
-from paddock_gym.simulation.sensors import CarCamera, CarLidar
+from paddock_gym.simulation.obstacles import Obstacles
+from paddock_gym.simulation.randomize import RANDOMIZABLE, Variation
+from paddock_gym.simulation.recipe import Spawn
+from paddock_gym.simulation.robot_world import RobotWorld
 
-if TYPE_CHECKING:
-    from typing_extensions import TypeAlias
-
-AT_REST = (0.0, 0.0)  # speed, steering
-Observation: TypeAlias = Union[np.ndarray, Dict[str, np.ndarray]]
-
-
-def action_space(options: Options) -> spaces.Space:
-    """Gymnasium space of the actions."""
-    if isinstance(options.actions, Continuous):
-        return spaces.Box(-1.0, 1.0, (2,), np.float32)
-    return spaces.Discrete(len(options.actions.rows))
+START_SIDE = 0.25  # of the lane's width to each edge: largest offset at the start
+START_HEADING = math.radians(15.0)
+FIRST_STARTS = 0.05  # fraction of the track between starts that are not random
+WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
 
-def observation_space(options: Options) -> spaces.Space:
-    """Gymnasium space of the observations."""
+def observation_spaces(options: Options) -> dict[str, spaces.Box]:
+    """Gymnasium spaces of the observations."""
     count = observations.STATE_SHAPE[0] + (2 * OBSERVED_OBJECTS if options.objects else 0)
     shape = observations.COLOR_SHAPE if options.colour else observations.GRAY_SHAPE
     boxes = {
@@ -51,93 +47,115 @@ def observation_space(options: Options) -> spaces.Space:
         "lidar": spaces.Box(0.0, 1.0, observations.RANGES_SHAPE, np.float32),
         "camera": spaces.Box(0, 255, shape, np.uint8),
     }
-    if options.alone:
-        return boxes[options.observations[0]]
-    return spaces.Dict({name: boxes[name] for name in options.observations})
+    return {name: boxes[name] for name in options.observations}
 
 
-class Run:
-    """One car's runs.
+class Run(Task):
+    """One car's runs along the lane of a track; it takes the actions itself.
 
     Args:
-        car: the scene's.
+        period: of an action [s].
 
     Attributes:
-        state: after the last action.
-        motion: after the last action.
-        delay: physics steps after which apply() is due.
-        camera: None: it is not observed.
+        track, course: Track, and the Course of its lane.
+        car: Car.
+        state: RunState after the last action; motion: the car's Motion then.
+        camera: see Car.camera(); None: it is not observed.
+        place: of the next start: x, y [m], yaw [rad]; None: by the options.
+        space: Gymnasium space of the actions.
     """
 
-    def __init__(
-        self, scene: Scene, car: Car, options: Options, obstacles: Obstacles | None = None
-    ) -> None:
-        self._scene, self._car, self._options = scene, car, options
-        self._obstacles = obstacles
-        self._course = scene.course
-        self._evaluator = RunEvaluator(scene.course)
-        self._observer = observations.StateObserver(scene.course)
-        self._waypoints = options.reward and Waypoints(scene.track, scene.course)
-        self._randomizer = Randomizer(scene, car, options.randomize)
-        self._may_crash = scene.has_walls or obstacles is not None
-        names = options.observations
-        self.camera = CarCamera(scene.renderer, car) if "camera" in names else None
+    variable = RANDOMIZABLE
+
+    def __init__(self, track: Track, options: Options, period: float) -> None:
+        self.track, self._options = track, options
+        self.course = Course(track.lane, WINDOW)
+        self.spaces, self.alone = observation_spaces(options), options.alone
+        chosen = options.actions
+        self.space: spaces.Space[Any] = (
+            spaces.Box(-1.0, 1.0, (2,), np.float32)
+            if isinstance(chosen, Continuous)
+            else spaces.Discrete(len(chosen.rows))
+        )
+        self._obstacles = options.objects and Obstacles(self.course, period, options.objects)
+        self._evaluator = RunEvaluator(self.course)
+        self._observer = observations.StateObserver(self.course)
+        self._waypoints = options.reward and Waypoints(track, self.course)
+        self.feels = bool(self._obstacles) or track.spec.walls.enabled
+        self.place: tuple[float, float, float] | None = None
+        self._rounds = 0
+
+    def models(self) -> Sequence[Spawn]:
+        return self._obstacles.models() if self._obstacles else ()
+
+    def made(self, world: RobotWorld, model: Model, variation: Variation) -> Run:
+        self.car, self._variation = Car(world, model), variation
+        self.camera: Callable[..., np.ndarray] | None = None
         self._observers: dict[str, Callable[[], np.ndarray]] = {"state": self._state}
-        if "lidar" in names:
-            self._observers["lidar"] = partial(self._ranges, CarLidar(scene.world, car))
-        if self.camera is not None:
+        if "lidar" in self.spaces:
+            self._observers["lidar"] = partial(self._ranges, self.car.lidar())
+        if "camera" in self.spaces:
+            self.camera = self.car.camera()
             self._observers["camera"] = partial(self._image, self.camera)
+        return self
 
-    def start(
-        self, rng: np.random.Generator, start_pose: tuple[float, float, float] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
-        """Start a run.
+    def rested(self, world: RobotWorld) -> None:
+        self.car.settled()
+        world.world.step_count = 0
 
-        Args:
-            rng: also of the noise until the next start.
-            start_pose: (x, y, yaw) [m], [rad]; None: by the options.
+    # actions ----------------------------------------------------------------------------------
+    def numbers(self, action: Any) -> tuple[float, float]:
+        """Speed [m/s] and steering [rad] of an action."""
+        self._command = self._options.actions.command(action)
+        return self._command
 
-        Returns:
-            observation, info.
-        """
-        self._rng = rng
-        random_pose = self._randomizer.sample(rng)
-        self.delay = self._randomizer.delay
-        self._car.place(*(random_pose if start_pose is None else start_pose))
-        self.motion = self._car.motion()
+    def send(self, command: tuple[float, float]) -> None:
+        """Command the car."""
+        self.car.drive(*command)
+
+    # a run ------------------------------------------------------------------------------------
+    def start(self, state: State, rng: np.random.Generator) -> None:
+        """Put the car to `place`, to a random place, or 5 % further with each run."""
+        course, self._rng = self.course, rng
+        room = course.length if course.closed else 0.8 * course.length
+        if self._variation.varies("start"):
+            s = rng.uniform(0.0, room)
+            side = rng.uniform(-START_SIDE, START_SIDE) * sum(course.sides(s)) / 2.0
+            found = course.pose(s, side, rng.uniform(-START_HEADING, START_HEADING))
+        else:
+            found = course.pose(room * (self._rounds * FIRST_STARTS % 1.0))
+            self._rounds += 1
+        self.car.place(*(self.place or found))
+        self._command = 0.0, 0.0
+
+    def begun(self, state: State) -> None:
+        self.motion = state.robot
         self.state = self._evaluator.start(self.motion)
         if self._obstacles:
-            self._obstacles.start(rng, self.state.s)
-        self._command = AT_REST
-        return self._observe(), self._info()
+            self._obstacles.start(state.world.world, self._rng, self.state.s)
 
-    def decide(self, action: Any) -> None:
-        """Set the action that apply() commands."""
-        self._command = self._options.actions.command(action)
-
-    def apply(self) -> None:
-        """Command the car."""
-        self._car.drive(*self._command)
-
-    def finish_step(self) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Observe the result of the last action.
-
-        Returns:
-            observation, reward, terminated, truncated, info.
-        """
+    def acted(self, state: State) -> None:
         if self._obstacles:
             self._obstacles.advance()
-        self.motion = self._car.motion()
-        crashed = self._may_crash and self._car.touched(self._scene.ground)
-        state = self.state = self._evaluator.update(self.motion, crashed)
-        reward = self._reward(state)
-        # After a full lap more reward would follow: it truncates the run.
-        lap = state.end == LAP
-        return self._observe(), reward, state.end != RUNNING and not lap, lap, self._info()
+
+    def reward(self, state: State) -> float:
+        self.motion = state.robot
+        self.state = self._evaluator.update(self.motion, state.crashed)
+        given = self._options.reward
+        return progress(self.state) if given is None else given.reward(self.params())
+
+    def end(self, state: State) -> str:
+        return self.state.end
+
+    def truncates(self, state: State, end: str) -> bool:
+        return end == LAP  # more reward would follow
+
+    def info(self, state: State) -> Mapping[str, Any]:
+        return {"progress": self.state.progress, "lateral": self.state.lateral}
 
     def params(self) -> dict[str, Any]:
         """Parameters of a reward function after the last action."""
-        self._waypoints = self._waypoints or Waypoints(self._scene.track, self._course)
+        self._waypoints = self._waypoints or Waypoints(self.track, self.course)
         state = self.state
         width = state.left + state.right
         return params(state, self.motion, self._command, self._waypoints, width, self.objects)
@@ -147,49 +165,18 @@ class Run:
         """Objects on the track now."""
         return self._obstacles.objects if self._obstacles else ()
 
-    def _reward(self, state: RunState) -> float:
-        if self._options.reward is None:
-            return progress(state)
-        return self._options.reward.reward(self.params())
-
-    def _info(self) -> dict[str, Any]:
-        state = self.state
-        return {
-            "end": state.end,
-            "progress": state.progress,
-            "time": state.steps * self._scene.period,
-            "lateral": state.lateral,
-            "x": self.motion.x,
-            "y": self.motion.y,
-        }
-
-    def _observe(self) -> Observation:
-        names = self._options.observations
-        if self._options.alone:
-            return self._observers[names[0]]()
-        return {name: self._observers[name]() for name in names}
+    def observe(self, state: State) -> Mapping[str, np.ndarray]:
+        return {name: self._observers[name]() for name in self.spaces}
 
     def _state(self) -> np.ndarray:
-        state = self.state
-        row = self._observer.observe(self.motion, state, self._command)
-        if self._obstacles is None:
+        row = self._observer.observe(self.motion, self.state, self._command)
+        if not self._obstacles:
             return row
-        return np.concatenate((row, next_objects(self._obstacles.objects, state.s, self._course)))
+        return np.concatenate((row, next_objects(self.objects, self.state.s, self.course)))
 
-    def _ranges(self, lidar: CarLidar) -> np.ndarray:
-        return observations.ranges(lidar.scan(self._rng))
+    def _ranges(self, scan: Callable[[Any], np.ndarray]) -> np.ndarray:
+        return observations.ranges(scan(self._rng))
 
-    def _image(self, camera: CarCamera) -> np.ndarray:
-        rgb = self._randomizer.change_image(camera.image(self._randomizer.jitter))
+    def _image(self, camera: Callable[..., np.ndarray]) -> np.ndarray:
+        rgb = self._variation.change_image(camera(self._variation.jitter))
         return observations.image(rgb, self._options.colour)
-
-
-def advance(scene: Scene, run: Run) -> None:
-    """Advance by one action; the run's command takes effect after its delay."""
-    steps = scene.begin_action()
-    delay = min(run.delay, steps)
-    if delay > 0:
-        scene.advance(delay)
-    run.apply()
-    if delay < steps:
-        scene.advance(steps - delay)

@@ -15,6 +15,7 @@ from gymnasium import spaces
 
 from paddock_gym.course import Motion, motion_from
 from paddock_gym.errors import GymError
+from paddock_gym.simulation.randomize import VARIABLE, Variation
 from paddock_gym.simulation.recipe import Spawn
 from paddock_gym.simulation.robot_world import RobotWorld, Topic
 
@@ -74,29 +75,61 @@ class Task:
     Attributes:
         spaces: observations of its own, by their names.
         topics: that reward and end use, beside those observed.
+        alone: its only observation is the environment's, not an entry of a dict.
+        feels: whether it asks what the robot touches.
+        variable: what `vary` may name.
     """
 
     spaces: Mapping[str, spaces.Box] = {}
     topics: Sequence[str] = ()
+    alone, feels = False, True
+    variable: tuple[str, ...] = VARIABLE
 
     def models(self) -> Sequence[Spawn]:
         """Models that the task adds to the world."""
         return ()
 
+    def made(self, world: RobotWorld, model: Model, variation: Variation) -> Any:
+        """The world has been made.
+
+        Returns:
+            What takes the actions: space, numbers() and send() as of topics.Actions; None: topics.
+        """
+
+    def rested(self, world: RobotWorld) -> None:
+        """The robot stands as each run begins."""
+
     def start(self, state: State, rng: np.random.Generator) -> tuple[float, float, float] | None:
         """Begin a run.
 
         Returns:
-            Where the robot starts: x, y [m], yaw [rad]; None: where it stands at rest.
+            Where the robot starts: x, y [m], yaw [rad]; None: where it stands at rest, or where
+            this has put it.
         """
         return None
 
     def begun(self, state: State) -> None:
         """The robot has been put to its start."""
 
+    def drive(self, world: RobotWorld, actions: Any, numbers: Any, steps: int) -> None:
+        """Command an action's numbers, make physics steps."""
+        actions.send(numbers)
+        world.advance(steps)
+
+    def acted(self, state: State) -> None:
+        """The time of an action has passed."""
+
     def observe(self, state: State) -> Mapping[str, np.ndarray]:
         """Values of `spaces`."""
         return {}
+
+    def info(self, state: State) -> Mapping[str, Any]:
+        """What is told of the run, beside end, time, place and what is touched."""
+        return {}
+
+    def truncates(self, state: State, end: str) -> bool:
+        """Whether the run, which may have ended, is truncated and not terminated."""
+        return False
 
     def reward(self, state: State) -> float:
         """Of the last action."""

@@ -24,11 +24,13 @@ class TrackerDriver:
 
     def act(self, _observation, env):
         """The action at the truck's pose."""
-        geometry = env.truck.geometry
+        geometry = env.task.truck.geometry
         if self._tracker is None:
             steering = IdealSteering(geometry.wheelbase, geometry.max_steering)
-            self._tracker = Tracker(env.path, geometry, steering, Tuning())
-        status = self._tracker.step(*env.truck.trailer_axle_pose(), env.truck.hitch_angle())
+            self._tracker = Tracker(env.task.path, geometry, steering, Tuning())
+        status = self._tracker.step(
+            *env.task.truck.trailer_axle_pose(), env.task.truck.hitch_angle()
+        )
         return np.array(
             (float(status.steering) / geometry.max_steering, float(status.speed) / TOP_SPEED),
             np.float32,

@@ -83,11 +83,11 @@ def on_track(policy, about, track, count, walls, folder):
         )
         driver = PolicyDriver(policy) if mine else DRIVERS[name]()
         laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(count))]
-        rows.append(summary(env.scene.track.name, name, laps))
+        rows.append(summary(env.task.track.name, name, laps))
         rows[-1]["line_to_line"] = line_to_line(env, driver)
         if mine:
-            path = os.path.join(folder, f"{env.scene.track.name}.png")
-            plots.paths(laps, env.scene.track, path)
+            path = os.path.join(folder, f"{env.task.track.name}.png")
+            plots.paths(laps, env.task.track, path)
         env.close()
     return rows
 

@@ -61,15 +61,16 @@ def drive_all(targets, trailer=False, **gains):
         ValueError: a gain is wrong.
     """
     settings = GoalSettings(trailer=trailer, **gains)
-    truck = Truck(trailer)
+    truck, rest = Truck.settled(trailer)
     try:
-        return [drive(truck, settings, target) for target in targets]
+        return [drive(truck, rest, settings, target) for target in targets]
     finally:
         truck.close()
 
 
-def drive(truck, settings, target):
-    """Drive once; returns the Drive."""
+def drive(truck, rest, settings, target):
+    """Drive once from a state of rest; returns the Drive."""
+    truck.restore(rest)
     truck.place_truck(0.0, 0.0, 0.0)
     controller = GoalController(settings)
     controller.start(*target)

@@ -75,7 +75,7 @@ def drive(env, driver, start, seed=0, after_action=None) -> Lap:
     while not done:
         observation, _, terminated, truncated, info = env.step(driver.act(observation, env))
         done = terminated or truncated
-        motion = env.run.motion
+        motion = env.task.motion
         trajectory.append((motion.x, motion.y, motion.forward))
         lateral.append(info["lateral"])
         if after_action:
@@ -101,15 +101,15 @@ def line_to_line(env, driver, seed=FIRST_SEED):
     Returns:
         [s]; None: no lap came of it.
     """
-    course = env.scene.course
+    course = env.task.course
     start = {"start": standing_start(course) / course.length}
     observation, info = env.reset(seed=seed, options=start)
     driver.restart()
     referee = Referee(course, rules=Rules(standing_start=OPEN_START))
     while info["end"] in (RUNNING, LAP) and info["time"] < MAX_TIME:  # the run's ends at its start
-        motion = env.run.motion
+        motion = env.task.motion
         status, _ = referee.update(
-            env.scene.world.time, motion.x, motion.y, motion.yaw, motion.forward
+            env.world.world.time, motion.x, motion.y, motion.yaw, motion.forward
         )
         if status.laps:
             return status.last_lap_time
@@ -132,7 +132,7 @@ def film_lap(env, driver, start, path, after_action=None) -> Lap:
 
     def add():
         image = env.observer_image()[..., ::-1].copy()
-        state, motion = env.run.state, env.run.motion
+        state, motion = env.task.state, env.task.motion
         text = f"{state.progress:3.0f} %  {state.steps / rate:4.1f} s  {motion.forward:.2f} m/s"
         for color, width in (((0, 0, 0), 4), ((255, 255, 255), 1)):
             cv2.putText(
@@ -183,10 +183,10 @@ class PursuitDriver:
     def act(self, _observation, env):
         """The action at the car's pose."""
         if self._pursuit is None:
-            track = env.scene.track
+            track = env.task.track
             path = Path(track.centreline, closed=track.closed)
             self._pursuit = Pursuit(path, **self._gains)
-        motion = env.run.motion
+        motion = env.task.motion
         speed, curvature = self._pursuit.command(
             motion.x + REAR_AXLE * math.cos(motion.yaw),
             motion.y + REAR_AXLE * math.sin(motion.yaw),

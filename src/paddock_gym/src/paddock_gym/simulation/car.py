@@ -1,39 +1,57 @@
-"""One car in a world: commands, motion, pose."""
+"""The DeepRacer on a track: its world, commands and sensors."""
 
+import dataclasses
 import math
+import pathlib
 
-from bullet_sim.pose import Pose, multiply
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.plugins.lidars import RaySpec
+from bullet_sim.pose import Pose, multiply, quaternion_from_yaw
+from bullet_sim.render.request import CameraRequest
+from bullet_sim.sensors.lidar import Lidar
 from deepracer_control.ackermann import Geometry, wheel_commands
 
 from paddock_gym.course import motion_from
-from paddock_gym.simulation import description
+from paddock_gym.simulation.recipe import Spawn, of_package
+from track_model import source
 
 GEOMETRY = Geometry()
 WHEELS = tuple(
     f"{side}_{end}_wheel_joint" for side in ("left", "right") for end in ("rear", "front")
 )
 HINGES = ("left_steering_hinge_joint", "right_steering_hinge_joint")
+# of the learner's camera [px] and lidar, which looks over 300 degrees
+SENSORS = {"camera_width": "160", "camera_height": "120", "lidar_samples": "64"}
+
+
+def recipe(track, time_step):
+    """Recipe of the world of track_model's launch files with a car on a Track.
+
+    Args:
+        time_step: physics step [s].
+    """
+    folder = str(pathlib.Path(source.tracks_directory()).parent)
+    alone = of_package("track_model", folder, "track.world", time_step, "racecar", **SENSORS)
+    return dataclasses.replace(alone, spawns=(*alone.spawns, Spawn("track", track.sdf())))
 
 
 class Car:
     """The DeepRacer, commanded as the node `control` commands it in ackermann mode.
 
     Args:
-        pose: bullet_sim.pose.Pose to spawn it at.
+        world: RobotWorld of recipe().
+        model: of the car.
     """
 
-    def __init__(self, world, name, pose, urdf):
-        self._world = world
-        self.model = world.spawn_urdf(name, urdf, pose, description.resolve)
-        hardware = self.model.manager.hardware  # what the controllers write to
+    def __init__(self, world, model):
+        self.model, self._world = model, world
+        hardware = model.manager.hardware  # what the controllers write to
         self._wheels, self._hinges = map(hardware.handles, (WHEELS, HINGES))
-        self._root = self.model.description.root
-        self._rest = None  # height and tilt of the car at rest
+        self._rest = None  # the car's Pose at rest
 
     def settled(self):
-        """Store height and tilt of the car, which is at rest and heads along x."""
-        pose = self.model.pose
-        self._rest = pose.position[2], pose.orientation
+        """Store the pose of the car, which is at rest and heads along x."""
+        self._rest = self.model.pose
 
     def drive(self, speed, steering):
         """Command speed [m/s] and the bicycle's steering angle [rad], positive to the left."""
@@ -47,24 +65,34 @@ class Car:
 
     def motion(self):
         """Motion of base_link."""
-        return motion_from(*self.model.link_motion(self._root))
+        return motion_from(*self.model.link_motion(self.model.description.root))
 
     def place(self, x, y, yaw):
         """Put the car at rest on the ground at a pose [m], [rad], wheels straight."""
-        height, tilt = self._rest
-        rotation = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-        self.model.set_state(Pose((x, y, height), multiply(rotation, tilt)))
+        rotation = multiply(quaternion_from_yaw(yaw), self._rest.orientation)
+        self.model.set_state(Pose((x, y, self._rest.position[2]), rotation))
         self.model.joints.set_positions(dict.fromkeys(self.model.joints.names, 0.0))
         self.drive(0.0, 0.0)
 
-    def touched(self, harmless):
-        """Whether the car has a contact that counts as a crash.
+    def lidar(self):
+        """A function of an rng: ranges (n,) [m] of a sweep now, with the URDF's noise."""
+        lidar, model, engine = Lidar(self._spec(RaySpec)), self.model, self._world.world.engine
 
-        Args:
-            harmless: set of links, as (number of the body, name), whose contacts do not count.
-        """
-        body = self.model.body
-        return any(
-            (touch.body, touch.other) not in harmless and touch.body != body.number
-            for touch in body.touching()
-        )
+        def scan(rng):
+            position, orientation, _, _ = model.link_motion(lidar.spec.link)
+            # an object closer than range_min touches the car, whose run is over then
+            number = model.body.number
+            return lidar.scan(engine, position, orientation, rng, number, too_near=False)
+
+        return scan
+
+    def camera(self):
+        """A function of a Pose of the camera relative to its mount: (120, 160, 3) uint8 RGB now."""
+        spec, model, renderer = self._spec(CameraSpec), self.model, self._world.cameras.renderer
+        part, mount = model.link_in_body(spec.link)
+        request = CameraRequest.from_spec(spec, model.source.key, model.row(part))
+        return lambda jitter=Pose(): renderer.render(request, mount * jitter)
+
+    def _spec(self, spec_type):
+        """The sensor specification of a type in the car's URDF."""
+        return next(spec for spec in self.model.description.sensors if isinstance(spec, spec_type))

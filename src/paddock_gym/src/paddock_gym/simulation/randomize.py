@@ -15,14 +15,9 @@ RANDOMIZABLE = ("start", "friction", "mass", "latency", "camera", "light", "colo
 FRICTION = (0.7, 1.3)  # factors of the tyres' coefficient
 MASS = (0.85, 1.15)  # factors of the chassis' mass and inertia
 LATENCY = (0.0, 0.04)  # from the observation to the command that follows from it [s]
-START_SIDE = 0.25  # of the lane's width to each edge: largest offset at the start
-START_HEADING = math.radians(15.0)
 CAMERA_SHIFT, CAMERA_ROTATION = 0.005, math.radians(2.0)
 LIGHT, CONTRAST = (0.7, 1.2), (0.8, 1.2)  # factors of brightness and contrast
 COLOR_GAIN = (0.8, 1.2)  # factors of each of red, green and blue
-FIRST_STARTS = 0.05  # fraction of the track between starts that are not random
-
-
 VARIABLE = ("friction", "mass", "delay", "light", "colours", "noise")  # of any robot
 
 
@@ -66,6 +61,7 @@ class Variation:
 
     Attributes:
         delay: physics steps from the observation to the command.
+        jitter: Pose of a camera's mount.
         change_image: function that changes an image (H, W, 3) uint8.
     """
 
@@ -78,7 +74,7 @@ class Variation:
         self._wheels = wheels or links
         self._chassis = model.description.root
         self._mass = link_properties(model, self._chassis) if self.varies("mass") else None
-        self.delay = 0
+        self.delay, self.jitter = 0, Pose()
         self.change_image = lambda rgb: rgb
 
     def varies(self, name):
@@ -103,6 +99,11 @@ class Variation:
 
     def _sample_image(self, rng):
         properties = self._properties
+        if self.varies("camera"):
+            shift = rng.uniform(-CAMERA_SHIFT, CAMERA_SHIFT, 3)
+            self.jitter = Pose.from_xyz_rpy(
+                shift, rng.uniform(-CAMERA_ROTATION, CAMERA_ROTATION, 3)
+            )
         if not properties & {"light", "colours"}:
             return
         light = rng.uniform(*LIGHT) if "light" in properties else 1.0
@@ -115,49 +116,3 @@ class Variation:
             return np.clip(rgb * gain + offset, 0.0, 255.0).astype(np.uint8)
 
         self.change_image = change
-
-
-class Randomizer(Variation):
-    """Samples the properties that change from run to run of one car.
-
-    Args:
-        properties: of parse().
-
-    Attributes:
-        jitter: Pose of the camera's mount.
-    """
-
-    def __init__(self, scene, car, properties):
-        super().__init__(scene.world, car.model, properties, RANDOMIZABLE)
-        self._scene, self._round, self.jitter = scene, 0, Pose()
-
-    def sample(self, rng):
-        """Sample the next run's properties and apply them to the car.
-
-        Returns:
-            Start (x, y, yaw) [m], [rad].
-        """
-        super().sample(rng)
-        return self._start(rng)
-
-    def _sample_image(self, rng):
-        if self.varies("camera"):
-            shift = rng.uniform(-CAMERA_SHIFT, CAMERA_SHIFT, 3)
-            self.jitter = Pose.from_xyz_rpy(
-                shift, rng.uniform(-CAMERA_ROTATION, CAMERA_ROTATION, 3)
-            )
-        super()._sample_image(rng)
-
-    def _start(self, rng):
-        """A pose on the course: at random, or 5 % further with each run."""
-        course = self._scene.course
-        room = course.length if course.closed else 0.8 * course.length
-        if "start" not in self._properties:
-            self._round += 1
-            return course.pose(room * ((self._round - 1) * FIRST_STARTS % 1.0))
-        s = rng.uniform(0.0, room)
-        return course.pose(
-            s,
-            rng.uniform(-START_SIDE, START_SIDE) * sum(course.sides(s)) / 2.0,
-            rng.uniform(-START_HEADING, START_HEADING),
-        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -46,6 +46,7 @@ class Recipe:
 
     Attributes:
         world: path of a world file, as Gazebo takes it; empty: the empty world.
+        described: a world that has been read, in place of `world`.
         spawns: models, in the order of spawning.
         controllers: (namespace, name) of those that are loaded and started.
         parameters: tree of the parameter server.
@@ -57,6 +58,7 @@ class Recipe:
     """
 
     world: str = ""
+    described: WorldDescription | None = None
     spawns: tuple[Spawn, ...] = ()
     controllers: tuple[tuple[str, str], ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -65,7 +67,7 @@ class Recipe:
     massless_links: str = LEAVE_OUT
     fixed_joints: str = FIXED_JOINTS[0]
     left_out: tuple[str, ...] = ()
-    resolve: Resolver = field(default_factory=Resolver)
+    resolve: Callable[[str], str] = field(default_factory=Resolver)
 
     def parameter(self, name: str) -> Any:
         """A parameter by its resolved name, or None."""
@@ -80,8 +82,8 @@ class Recipe:
         Raises:
             GymError: it cannot be read.
         """
-        if not self.world:
-            return empty_world()
+        if self.described is not None or not self.world:
+            return self.described or empty_world()
         try:
             path = self.resolve.world(self.world)
             text = read_file(path, "world file", "text_bytes")
@@ -144,6 +146,27 @@ def from_files(
     folders = [os.path.dirname(os.path.abspath(file)) for file in (path, world) if file]
     recipe = Recipe(world=world, spawns=tuple(spawns), resolve=Resolver(FolderPackages(folders)))
     return with_controllers(recipe, controllers) if controllers else recipe
+
+
+def of_package(
+    package: str, folder: str, world: str, time_step: float, robot: str, **arguments: str
+) -> Recipe:
+    """A robot of a package in one of its worlds; other packages need not be there.
+
+    Args:
+        folder: of the package's files.
+        world: name of the world's file.
+        time_step: physics step [s].
+        robot: its name, and that of its xacro, which gets the arguments.
+    """
+
+    def resolve(uri: str) -> str:
+        return uri.replace(f"package://{package}", folder).replace("file://", "")
+
+    text = read_text("world", os.path.join(folder, "worlds", world), {})
+    described = replace(parse_world(text, resolve), step=time_step)
+    urdf = read_text("urdf", os.path.join(folder, "urdf", f"{robot}.urdf.xacro"), arguments)
+    return Recipe(described=described, spawns=(Spawn(robot, urdf),), resolve=resolve)
 
 
 def with_controllers(recipe: Recipe, path: str) -> Recipe:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -25,7 +26,7 @@ from bullet_sim.world import World
 
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.recipe import Recipe, Spawn
-from paddock_gym.simulation.scene import SceneRenderer, make_world
+from paddock_gym.simulation.renderer import SceneRenderer
 
 
 class Topic:
@@ -157,9 +158,10 @@ class RobotWorld:
 
     def __init__(self, recipe: Recipe) -> None:
         self.recipe = recipe
-        self.world = make_world(
-            massless_links=recipe.massless_links, fixed_joints=recipe.fixed_joints
-        )
+        self.world = World(massless_links=recipe.massless_links, fixed_joints=recipe.fixed_joints)
+        if not self.world.engine.is_compiled():
+            text = "paddock: the solver is being compiled, once; it takes a minute or two"
+            print(text, file=sys.stderr, flush=True)
         self.warnings: list[str] = []
         self.topics: dict[str, Topic] = {}
         self.commands: dict[str, Command] = {}

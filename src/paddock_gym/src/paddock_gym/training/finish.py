@@ -45,7 +45,7 @@ def _finish_laps(settings, folder, model, rows):
         settings.observation,
         settings.colour,
         env.options.actions,
-        1.0 / env.scene.period,
+        1.0 / env.period,
         settings.track,
         settings.race,
     )
@@ -56,8 +56,8 @@ def _finish_laps(settings, folder, model, rows):
         return (sum(lap.is_lap for lap in laps), -np.mean([lap.time for lap in laps])), laps
 
     laps = _write_better(folder, model, env, description, evaluate)
-    monitor.heat_map(rows, env.scene.track, os.path.join(folder, "heat_map.png"))
-    plots.paths(laps, env.scene.track, os.path.join(folder, "laps.png"))
+    monitor.heat_map(rows, env.task.track, os.path.join(folder, "heat_map.png"))
+    plots.paths(laps, env.task.track, os.path.join(folder, "laps.png"))
     complete = [lap for lap in laps if lap.is_lap]
     times = [lap.time for lap in complete]
     best = min(complete or laps, key=lambda lap: (-lap.progress, lap.time))
@@ -68,11 +68,11 @@ def _finish_laps(settings, folder, model, rows):
         return f"{lap.end}, {lap.progress:.0f} % of a lap in {lap.time:.2f} s"
 
     replay = os.path.join(folder, REPLAY)
-    problem = replays.keep(env.scene.world, f"{settings.name}: the best lap", replay, drive_best)
+    problem = replays.keep(env.world.world, f"{settings.name}: the best lap", replay, drive_best)
     env.close()
     return {
         **_without_replay(problem),
-        "track_length": round(float(env.scene.course.length), 3),
+        "track_length": round(float(env.task.course.length), 3),
         "evaluated_starts": STARTS,
         "laps": len(complete),
         "lap_times": [round(seconds, 3) for seconds in times],
@@ -83,9 +83,9 @@ def _finish_laps(settings, folder, model, rows):
 
 def _finish_backing(settings, folder, model, _rows):
     env = BackingEnv()
-    steering = float(np.degrees(env.truck.geometry.max_steering))
+    steering = float(np.degrees(env.task.truck.geometry.max_steering))
     actions = Continuous((-steering, steering), (-TOP_SPEED, TOP_SPEED))
-    rate = 1.0 / env.truck.period
+    rate = 1.0 / env.period
     description = PolicyDescription(settings.observation, False, actions, rate, "", "", env=BACKING)
 
     def evaluate(path):
@@ -102,7 +102,7 @@ def _finish_backing(settings, folder, model, _rows):
         return f"{run.end or 'too slow'} after {run.time:.1f} s, {100 * run.rms_lateral:.1f} cm rms"
 
     replay = os.path.join(folder, REPLAY)
-    problem = replays.keep(env.truck.world, f"{settings.name}: the best run", replay, drive_best)
+    problem = replays.keep(env.world.world, f"{settings.name}: the best run", replay, drive_best)
     env.close()
     row = backing.summary("policy", runs)
     return {
