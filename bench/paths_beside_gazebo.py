@@ -1,20 +1,24 @@
 """Paths of public packages in Gazebo and in Paddock, drawn over each other: docs/beside-gazebo.md.
 
     ./run exec python bench/paths_beside_gazebo.py                  the page from what is recorded
-    ./run exec python bench/paths_beside_gazebo.py --update FOLDER  records anew, then the page
+    ./run exec python bench/paths_beside_gazebo.py --update FOLDER  takes recordings, then the page
 
 FOLDER has NAME.gazebo.json and NAME.paddock.json for each package, as bench/paths/record.py writes
-them where one of the simulators runs the package's launch file. A package that FOLDER does not have
-stays as it is recorded.
+them where one of the simulators runs the package's launch file; of further runs of the same plan
+NAME.gazebo.2.json and so on. A package that FOLDER does not have stays as it is recorded.
 
-Two phases count as alike when speed and yaw rate of their second half agree within 5 %, or within
-0.01 m/s and 0.015 rad/s. At rest it is the way that must be within 3 mm, or half of Gazebo's more.
+A driven phase is alike when speed and yaw rate of its second half, the median of Paddock's runs,
+are within 5 % of one of Gazebo's, or within 0.01 m/s and 0.015 rad/s. Where Gazebo's own runs
+differ by more than 10 %, it is counted as neither. At rest it is the way that must be within 3 mm,
+or half of Gazebo's more.
 """
 
 import argparse
 import json
 import math
 import pathlib
+import re
+import statistics
 import sys
 from dataclasses import dataclass
 
@@ -25,6 +29,7 @@ from matplotlib import pyplot  # noqa: E402  (after the choice of the backend)
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RECORD = ROOT / "bench" / "paths" / "recorded.json"
+PACKAGES = ROOT / "bench" / "paths" / "packages.json"  # of the public ones: where they are from
 PAGE = ROOT / "docs" / "beside-gazebo.md"
 SIDES = ("gazebo", "paddock")
 COLORS = {"gazebo": "#b3541e", "paddock": "#2f6f8f"}
@@ -32,8 +37,10 @@ PERIOD = 0.2  # simulated time between two recorded states [s]
 UNIT = 1e4  # recorded are whole numbers: ms, 0.1 mm, 0.1 mrad
 RATIO, SPEED, RATE = 0.05, 0.01, 0.015  # bounds of alike, [m/s], [rad/s]
 WAY, MORE = 0.003, 1.5  # [m], times Gazebo's
+SPREAD = 0.1  # of Gazebo's runs, above which a phase counts as neither
+MOVES, TURNS = 0.02, 0.03  # a robot that is slower in Gazebo does not drive [m/s], [rad/s]
+ALIKE, OTHERWISE, VARIES = "yes", "no", "Gazebo varies"
 RESTS, UNCOUNTED = ("idle", "rest"), ("stop",)
-COLUMNS = 5
 
 
 class InputError(ValueError):
@@ -73,15 +80,42 @@ def motion_of(rows):
     return Motion(way(rows), way(late) / seconds, turn / seconds)
 
 
-def is_alike(phase, one, other):
-    """Whether Paddock's Motion in a phase is Gazebo's."""
-    if phase in RESTS:
-        return other.way <= max(WAY, MORE * one.way)
+@dataclass(frozen=True)
+class Compared:
+    """A phase in both simulators.
 
-    def near(a, b, least):
-        return abs(a - b) <= max(RATIO * max(abs(a), abs(b)), least)
+    Attributes:
+        phase: Its name.
+        gazebo: Motion of each run.
+        paddock: The same.
+    """
 
-    return near(one.speed, other.speed, SPEED) and near(one.rate, other.rate, RATE)
+    phase: str
+    gazebo: tuple
+    paddock: tuple
+
+    @property
+    def is_driven(self):
+        """Whether the robot moves in Gazebo, commanded."""
+        moves = (run.speed > MOVES or abs(run.rate) > TURNS for run in self.gazebo)
+        return self.phase not in RESTS and any(moves)
+
+    @property
+    def verdict(self):
+        """ALIKE, OTHERWISE or VARIES."""
+        if self.phase in RESTS:
+            way = statistics.median(run.way for run in self.paddock)
+            near = way <= max(WAY, MORE * max(run.way for run in self.gazebo))
+            return ALIKE if near else OTHERWISE
+        found = set()
+        for name, least in (("speed", SPEED), ("rate", RATE)):
+            theirs = [getattr(run, name) for run in self.gazebo]
+            ours = statistics.median(getattr(run, name) for run in self.paddock)
+            if max(theirs) - min(theirs) > max(SPREAD * max(map(abs, theirs)), least):
+                return VARIES
+            bounds = [(abs(ours - a), max(RATIO * max(abs(ours), abs(a)), least)) for a in theirs]
+            found.add(any(distance <= bound for distance, bound in bounds))
+        return OTHERWISE if False in found else ALIKE
 
 
 def thinned(rows):
@@ -108,29 +142,50 @@ def recorded():
     }
 
 
+def again():
+    """name -> side -> phase -> Motion of each further run."""
+    cases = json.loads(RECORD.read_text(encoding="utf-8"))["cases"]
+    return {
+        name: {
+            side: {k: [Motion(*run) for run in runs] for k, runs in phases.items()}
+            for side, phases in case.get("again", {}).items()
+        }
+        for name, case in cases.items()
+    }
+
+
+def read_run(path):
+    """phase -> rows of one file, thinned, and phase -> Motion."""
+    if not path.is_file():
+        raise InputError(f"'{path}' is missing; each package needs both")
+    paths = json.loads(path.read_text()).get("paths")
+    if not paths:
+        raise InputError(f"'{path}' has no \"paths\"")
+    rows, motions = {phase: thinned(rows) for phase, rows in paths.items()}, {}
+    for phase, few in rows.items():
+        try:
+            motions[phase] = motion_of(widened(few))
+        except InputError as error:
+            raise InputError(f"phase '{phase}' of '{path}': {error}") from None
+    return rows, motions
+
+
 def read(folder):
-    """The same of a folder's files, thinned."""
+    """What is recorded of a package, of a folder's files."""
     folder, found = pathlib.Path(folder), {}
     for file in sorted(folder.glob("*.gazebo.json")):
         name = file.name[: -len(".gazebo.json")]
-        sides = {}
+        sides, more = {}, {}
         for side in SIDES:
-            path = folder / f"{name}.{side}.json"
-            if not path.is_file():
-                raise InputError(f"'{path}' is missing; each package needs both")
-            paths = json.loads(path.read_text()).get("paths")
-            if not paths:
-                raise InputError(f"'{path}' has no \"paths\"")
-            sides[side] = {phase: thinned(rows) for phase, rows in paths.items()}
-            for phase, rows in sides[side].items():
-                try:
-                    motion_of(widened(rows))
-                except InputError as error:
-                    raise InputError(f"phase '{phase}' of '{path}': {error}") from None
+            sides[side], _ = read_run(folder / f"{name}.{side}.json")
+            for path in sorted(folder.glob(f"{name}.{side}.[2-9].json")):
+                for phase, motion in read_run(path)[1].items():
+                    run = [motion.way, motion.speed, motion.rate]
+                    more.setdefault(side, {}).setdefault(phase, []).append(run)
         if list(sides["gazebo"]) != list(sides["paddock"]):
             both = (", ".join(sides[side]) for side in SIDES)
             raise InputError("phases of '{}' are {} in Gazebo, {} in Paddock".format(name, *both))
-        found[name] = sides
+        found[name] = {**sides, **({"again": more} if more else {})}
     if not found:
         raise InputError(f"'{folder}' has no file NAME.gazebo.json")
     return found
@@ -147,16 +202,50 @@ def update(folder):
     RECORD.write_text('{"cases": {\n' + ",\n".join(lines) + "\n}}\n", encoding="utf-8")
 
 
-def compare(cases):
-    """name -> phase -> (Gazebo's Motion, Paddock's, whether they are alike)."""
-    found = {}
+def compare(cases, more=None):
+    """name -> list of Compared, of the phases that count.
+
+    Args:
+        cases: As recorded() gives them.
+        more: As again() gives them; None: of the record.
+    """
+    found, more = {}, again() if more is None else more
     for name, sides in cases.items():
-        found[name] = {}
-        for phase in sides["gazebo"]:
-            if phase not in UNCOUNTED:
-                one, other = (motion_of(sides[side][phase]) for side in SIDES)
-                found[name][phase] = one, other, is_alike(phase, one, other)
+        runs = more.get(name, {})
+        found[name] = [
+            Compared(
+                phase,
+                *(
+                    (motion_of(sides[side][phase]), *runs.get(side, {}).get(phase, ()))
+                    for side in SIDES
+                ),
+            )
+            for phase in sides["gazebo"]
+            if phase not in UNCOUNTED
+        ]
     return found
+
+
+def packages():
+    """name -> robot, address, branch, launch, of the public packages."""
+    return json.loads(PACKAGES.read_text(encoding="utf-8"))
+
+
+def sums(compared):
+    """Rows of counts: what, robots, phases, alike, otherwise, Gazebo varies."""
+    public, groups = packages(), {}
+    for name, phases in compared.items():
+        whose = "public" if name in public else "Paddock's own"
+        for one in phases:
+            stands = "at rest" if one.phase in RESTS else "commanded, but it stands in Gazebo"
+            what = "driven" if one.is_driven else stands
+            groups.setdefault((whose, what), []).append((name, one.verdict))
+    rows = []
+    for (whose, what), found in sorted(groups.items(), key=lambda group: group[0][0] != "public"):
+        verdicts = [verdict for _, verdict in found]
+        counts = [verdicts.count(verdict) for verdict in (ALIKE, OTHERWISE, VARIES)]
+        rows.append((f"{whose}, {what}", len({name for name, _ in found}), len(found), *counts))
+    return rows
 
 
 def curves(sides, side):
@@ -175,34 +264,11 @@ def curves(sides, side):
     return times, x, y, speeds, rates
 
 
-def draw(cases, folder):
-    """Three images: paths, speeds, yaw rates, with a small plot for each package."""
-    kinds = {
-        "paths": ("m", "m", lambda found: found[1:3]),
-        "speeds": ("s", "m/s", lambda found: (found[0], found[3])),
-        "yaw_rates": ("s", "rad/s", lambda found: (found[0], found[4])),
-    }
-    lines = math.ceil(len(cases) / COLUMNS)
-    for kind, (x_unit, y_unit, pick) in kinds.items():
-        figure, grid = pyplot.subplots(lines, COLUMNS, figsize=(2.5 * COLUMNS, 2.2 * lines))
-        for axes in grid.flat:
-            axes.set_axis_off()
-        for axes, (name, sides) in zip(grid.flat, cases.items()):
-            axes.set_axis_on()
-            for side, width in zip(SIDES, (3.0, 1.2)):
-                x, y = pick(curves(sides, side))
-                axes.plot(x, y, color=COLORS[side], linewidth=width, label=side.capitalize())
-            axes.set_title(f"{name} [{x_unit}, {y_unit}]", fontsize=8)
-            axes.tick_params(labelsize=7)
-            axes.grid(alpha=0.3)
-            if kind == "paths":
-                axes.set_aspect("equal", adjustable="datalim")
-        grid.flat[0].legend(fontsize=7)
-        figure.tight_layout()
-        figure.savefig(pathlib.Path(folder) / f"beside_gazebo_{kind}.png", dpi=80)
-        pyplot.close(figure)
-
-
+KINDS = {  # of images: units of both axes, what of curves() they show
+    "paths": ("x [m]", "y [m]", lambda found: found[1:3]),
+    "speeds": ("time [s]", "speed [m/s]", lambda found: (found[0], found[3])),
+    "yaw_rates": ("time [s]", "yaw rate [rad/s]", lambda found: (found[0], found[4])),
+}
 SIX = {  # package -> what the picture calls it
     "husky-melodic-playpen": "Husky",
     "jackal-empty": "Jackal",
@@ -213,78 +279,185 @@ SIX = {  # package -> what the picture calls it
 }
 
 
-def draw_six(cases, file):
-    """One image for the README: the paths of SIX."""
-    figure, grid = pyplot.subplots(2, 3, figsize=(9, 5))
-    for axes, (name, title) in zip(grid.flat, SIX.items()):
-        if name not in cases:
-            axes.set_axis_off()
-            continue
+def draw(cases, titles, kind, file, columns, size):
+    """Draws an image with a plot for each package.
+
+    Args:
+        titles: package -> title of its plot.
+        kind: Of KINDS.
+        columns: Plots beside each other.
+        size: Of a plot (width, height) [inch].
+    """
+    names = [name for name in titles if name in cases]
+    lines = max(1, math.ceil(len(names) / columns))
+    figure, grid = pyplot.subplots(
+        lines, columns, figsize=(size[0] * columns, size[1] * lines), squeeze=False
+    )
+    x_title, y_title, pick = KINDS[kind]
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for number, (axes, name) in enumerate(zip(grid.flat, names)):
+        axes.set_axis_on()
         for side, width in zip(SIDES, (5.0, 1.5)):
-            _, x, y, _, _ = curves(cases[name], side)
+            x, y = pick(curves(cases[name], side))
             axes.plot(x, y, color=COLORS[side], linewidth=width, label=side.capitalize())
-        axes.set_title(f"{title} [m]", fontsize=10)
+        axes.set_title(titles[name], fontsize=10)
         axes.tick_params(labelsize=8)
+        if number % columns == 0:
+            axes.set_ylabel(y_title, fontsize=9)
+        if number >= len(names) - columns:
+            axes.set_xlabel(x_title, fontsize=9)
         axes.grid(alpha=0.3)
-        axes.set_aspect("equal", adjustable="datalim")
+        if kind == "paths":
+            axes.set_aspect("equal", adjustable="datalim")
     grid.flat[0].legend(fontsize=9)
     figure.tight_layout()
-    figure.savefig(file, dpi=100)
+    figure.savefig(file, dpi=80)
     pyplot.close(figure)
+
+
+def draw_all(cases, folder):
+    """Draws six robots for README and page, and all packages for the page of all paths."""
+    folder, all_titles = pathlib.Path(folder), {name: name for name in cases}
+    for kind in KINDS:
+        six = folder / ("beside_gazebo.png" if kind == "paths" else f"beside_gazebo_{kind}.png")
+        draw(cases, SIX, kind, six, 3, (3.4, 2.8))
+        draw(cases, all_titles, kind, folder / f"all_{kind}.png", 4, (2.8, 2.2))
 
 
 HEAD = """# Paths beside Gazebo
 
-One plan of commands drives public packages, unmodified, in Gazebo Classic 11.1 and in Paddock:
-{count} of them, one run each. All paths begin at the same place and heading (orange: Gazebo, blue:
-Paddock):
+The same commands drive unmodified packages in Gazebo Classic 11.1 and in Paddock. A phase is one
+command of the drive.
+**{alike} of {total} driven phases of {files} launch files from {addresses} public repositories are
+alike**; in {varies} more Gazebo itself differs from run to run.
 
-![Paths](images/beside_gazebo_paths.png)
+![Paths of six robots](images/beside_gazebo.png)
 
-Their speed over the ground and their yaw rate over simulated time:
+![Their speeds](images/beside_gazebo_speeds.png)
 
-![Speeds](images/beside_gazebo_speeds.png)
+![Their yaw rates](images/beside_gazebo_yaw_rates.png)
 
-![Yaw rates](images/beside_gazebo_yaw_rates.png)
+*Orange: Gazebo, blue: Paddock. All paths begin at the same place and heading.
+[All packages](all-paths.md)*
+
+## What is counted
+
+| | launch files | phases | alike | otherwise | Gazebo varies |
+| --- | ---: | ---: | ---: | ---: | ---: |
+"""
+RULE = """
+- **Driven**: Gazebo's robot moves faster than 2 cm/s or turns faster than 0.03 rad/s. A robot that
+  stands, or that does not move in Gazebo when it is commanded, is counted apart.
+- **Alike**: speed and yaw rate of the phase's second half are within 5 % of one run of Gazebo, or
+  within 0.01 m/s and 0.015 rad/s.
+- **Gazebo varies**: its own runs differ by more than 10 %. {runs}
+- **At rest**: the robot creeps at most 3 mm, or half as much again as in Gazebo.
+- Robots without recorded paths that deviate, by [cause](gazebo-comparison.md#motion), are not in
+  the table: {others}.
+  Each counted as one phase: {alike} of {with_others}.
 
 Commands come from a program outside and arrive at other steps each time. A path that depends on the
-step of a command differs from run to run in both simulators. A phase counts as alike when the speed
-and the yaw rate of its second half agree within 5 %, or within 0.01 m/s and 0.015 rad/s; at rest,
-when the way is at most 3 mm, or half as much again as Gazebo's. {alike} of {total}
-are. The others, by cause: [compared with Gazebo](gazebo-comparison.md#motion).
+step of a command differs from run to run in both simulators.
 
-What cameras see of a world with a place for each of their features (Gazebo's image on the left):
+## Where the packages are from
 
-![Images](images/pictures_beside_gazebo.png)
+| package | robot | address | branch or commit | launch file |
+| --- | --- | --- | --- | --- |
+"""
+# Robots that gazebo-comparison.md lists as deviating and that have no recorded path.
+OTHERS = (
+    *("skid_steer_bot", "multi_robot_scenario", "mp_500", "scout_mini", "my_robot"),
+    *("ranger_mini_v3", "mapMyWorld"),
+)
+TABLE = """
+## Each phase
 
 | package | phase | Gazebo: m/s, rad/s | Paddock: m/s, rad/s | alike |
 | --- | --- | --- | --- | --- |
 """
 FOOT = """
-At rest the two numbers are the way [mm] and the yaw rate.
+At rest the two numbers are the way [mm] and the yaw rate; the runs of a simulator stand behind each
+other.
+
+## What cameras see
+
+A world with a place for each feature of cameras (Gazebo's image on the left):
+
+![Images](images/pictures_beside_gazebo.png)
+
+## Record again
 
 This page and its images are made by `./run exec python bench/paths_beside_gazebo.py` from recorded
 paths (`bench/paths/recorded.json`, numbers alone). To record a package again, or another one, run
 its launch file in Gazebo and then in Paddock, and beside each
-`python3 bench/paths/record.py PLAN.json FOLDER/NAME.gazebo.json` (`.paddock.json`); its first lines
-say what PLAN.json has. Then `bench/paths_beside_gazebo.py --update FOLDER`.
+`python3 bench/paths/record.py PLAN.json FOLDER/NAME.gazebo.json` (`.paddock.json`; further runs
+`.gazebo.2.json`); its first lines say what PLAN.json has. Then
+`bench/paths_beside_gazebo.py --update FOLDER`.
 """
+
+
+def driven(compared):
+    """Verdicts of the driven phases of public packages."""
+    public = packages()
+    phases = [one for name in compared if name in public for one in compared[name]]
+    return [one.verdict for one in phases if one.is_driven]
+
+
+def counted(compared):
+    """Counts driven public phases: alike, total (without varies), varies, files, addresses."""
+    verdicts, public = driven(compared), packages()
+    moved = [n for n in compared if n in public and any(one.is_driven for one in compared[n])]
+    varies = verdicts.count(VARIES)
+    return {
+        "alike": verdicts.count(ALIKE),
+        "total": len(verdicts) - varies,
+        "varies": varies,
+        "files": len(moved),
+        "addresses": len({public[name]["address"] for name in moved}),
+    }
+
+
+def _runs(compared):
+    """Says how many runs there are."""
+    public = packages()
+    found = [one for name, phases in compared.items() if name in public for one in phases]
+    numbers = [(len(one.gazebo), len(one.paddock)) for one in found]
+    parts = (
+        f"{min(each)} to {max(each)}" if min(each) < max(each) else f"{each[0]}"
+        for each in zip(*(numbers or [(1, 1)]))
+    )
+    return "Runs of public packages: {} in Gazebo, {} in Paddock.".format(*parts)
 
 
 def page(compared):
     """The page's text."""
-    phases = [phase for found in compared.values() for phase in found.values()]
-    alike = sum(good for _, _, good in phases)
-    text = HEAD.format(count=len(compared), alike=alike, total=len(phases))
-    for name, found in compared.items():
-        for phase, (one, other, good) in found.items():
+    numbers = counted(compared)
+    text = HEAD.format(**numbers)
+    text += "".join(f"| {' | '.join(map(str, row))} |\n" for row in sums(compared))
+    text += RULE.format(
+        runs=_runs(compared),
+        others=", ".join(OTHERS),
+        alike=numbers["alike"],
+        with_others=numbers["total"] + len(OTHERS),
+    )
+    for name, row in packages().items():
+        address = re.sub("^https://github.com/", "", row["address"])
+        text += f"| {name} | {row['robot']} | [{address}]({row['address']}) | "
+        text += f"{row['branch']} | `{row['launch']}` |\n"
+    text += TABLE
+    for name, phases in compared.items():
+        for one in phases:
             both = (
-                f"{1e3 * m.way:.1f} mm, {m.rate:.3f}"
-                if phase in RESTS
-                else f"{m.speed:.3f}, {m.rate:.3f}"
-                for m in (one, other)
+                "; ".join(
+                    f"{1e3 * run.way:.1f} mm, {run.rate:.3f}"
+                    if one.phase in RESTS
+                    else f"{run.speed:.3f}, {run.rate:.3f}"
+                    for run in runs
+                )
+                for runs in (one.gazebo, one.paddock)
             )
-            text += f"| {name} | {phase} | {' | '.join(both)} | {'yes' if good else 'no'} |\n"
+            text += f"| {name} | {one.phase} | {' | '.join(both)} | {one.verdict} |\n"
     return text + FOOT
 
 
@@ -303,11 +476,9 @@ def main(arguments=None):
     except (InputError, OSError, ValueError) as error:
         print(f"paths_beside_gazebo: {error}", file=sys.stderr)
         return 2
-    draw(cases, ROOT / "docs" / "images")
-    draw_six(cases, ROOT / "docs" / "images" / "beside_gazebo.png")
+    draw_all(cases, ROOT / "docs" / "images")
     PAGE.write_text(page(compared), encoding="utf-8")
-    phases = [phase for found in compared.values() for phase in found.values()]
-    print(f"{PAGE}: {sum(good for _, _, good in phases)} of {len(phases)} phases alike")
+    print("{alike} of {total} driven phases alike".format(**counted(compared)))
     return 0
 
 

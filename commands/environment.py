@@ -7,20 +7,22 @@ import time
 from commands import bootstrap
 from commands.bootstrap import left_out, ros
 from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_of
-from commands.errors import CommandError
 from commands.paths import (
     CACHE,
     DEVEL,
+    KEPT,
     MODELS,
+    OWN,
     PROGRAMS,
     ROOT,
     SOURCES,
+    STATE,
     VENV,
     read,
     write,
 )
 
-LOG_FOLDER = os.path.join(CACHE, "ros")
+LOG_FOLDER = os.path.join(STATE, "ros")
 PYTHON_START = os.path.join(ROOT, "config", "python")  # its sitecustomize: cv2, no screen
 LOGS_KEPT = 7 * 86400.0  # [s]
 SETUP = os.path.join(DEVEL, "setup.bash")
@@ -124,8 +126,7 @@ def _workspace_of(packages):
     import sys
 
     name = hashlib.sha256(os.fsencode(";".join(packages))).hexdigest()[:16]
-    cache = CACHE if is_own() else os.path.expanduser("~/.cache/paddock")
-    marker = os.path.join(cache, "workspaces", name, ".catkin")
+    marker = os.path.join(KEPT, "workspaces", name, ".catkin")
     if not os.path.exists(marker):
         refused = left_out.refused(packages)
         for path, why in refused.items():
@@ -135,36 +136,18 @@ def _workspace_of(packages):
     return os.path.dirname(marker) if read(marker) else None
 
 
-def is_own():
-    """Returns whether the caller may write into this clone."""
-    return os.access(CACHE, os.W_OK)
-
-
-def shared():
-    """Returns the environment for somebody who may only read this clone, as a dict.
-
-    Raises:
-        CommandError: It is not set up, or was changed since.
-    """
-    if not (bootstrap.venv.ready() and bootstrap.workspace.ready()):
-        raise CommandError(
-            f"{ROOT} is not set up, and belongs to somebody else",
-            "Its owner has to type ./run setup there.",
-        )
-    return activated(callers())
-
-
 def ready():
-    """Sets up what is missing.
+    """Sets up what is missing, of a clone that may be changed.
 
     Returns:
         The environment as a dict, for processes.become() or run_child().
 
     Raises:
-        CommandError: A step of the set-up failed.
+        CommandError: A step of the set-up failed, or the clone is another user's and not set up.
         Interrupted: A signal ended it.
     """
-    bootstrap.prepare()
+    if OWN or not bootstrap.ready():
+        bootstrap.prepare()
     return activated(callers())
 
 
@@ -187,7 +170,7 @@ def activated(environ):
     Returns:
         It.
     """
-    if is_own() and not (environ.get("HOME") and os.access(environ["HOME"], os.W_OK)):
+    if OWN and not (environ.get("HOME") and os.access(environ["HOME"], os.W_OK)):
         environ["HOME"] = os.path.join(CACHE, "home")
         os.makedirs(environ["HOME"], exist_ok=True)
     if not environ.get("LANG") and not environ.get("LC_ALL"):
@@ -216,9 +199,8 @@ def activated(environ):
     if not has_sound(environ):  # SDL's mixer, of pygame, ends a program where nothing can sound
         environ.setdefault("SDL_AUDIODRIVER", "dummy")
     environ["PADDOCK_ROOT"] = ROOT
-    if is_own():
-        clean_up_logs()
-        environ["ROS_LOG_DIR"] = environ.get("ROS_LOG_DIR") or LOG_FOLDER
+    clean_up_logs()
+    environ["ROS_LOG_DIR"] = environ.get("ROS_LOG_DIR") or LOG_FOLDER
     if not environ.get("ROS_IP") and not environ.get("ROS_HOSTNAME"):
         environ["ROS_IP"] = "127.0.0.1"
     return environ

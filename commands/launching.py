@@ -12,7 +12,7 @@ import time
 from commands import locks, processes, supervisor
 from commands.bootstrap import ros
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, OUT, SOURCES, read, relative
+from commands.paths import OUT, SOURCES, STATE, read, relative
 
 TRACK_FOLDER = os.path.join(SOURCES, "track_model", "tracks")
 TRACK_SUFFIXES = (".yaml", ".yml", ".npy", ".csv")
@@ -254,7 +254,7 @@ def run(name, launch, environ, arguments, deadline, out, results):
             shutil.rmtree(path)
         elif os.path.lexists(path):
             os.remove(path)
-    environ["ROS_LOG_DIR"] = os.path.join(CACHE, f"ros-{name}")
+    environ["ROS_LOG_DIR"] = os.path.join(STATE, f"ros-{name}")
     environ["QT_QPA_PLATFORM"] = environ.get("QT_QPA_PLATFORM") or "offscreen"
     shutil.rmtree(environ["ROS_LOG_DIR"], ignore_errors=True)
     try:

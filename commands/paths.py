@@ -7,9 +7,24 @@ ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 SOURCES = os.path.join(ROOT, "src")
 BUILD = os.path.join(ROOT, "build")
 DEVEL = os.path.join(ROOT, "devel")
-OUT = os.path.join(ROOT, "out")
-CACHE = os.path.join(ROOT, ".cache")
-LOGS = os.path.join(CACHE, "log")
+CACHE = os.path.join(ROOT, ".cache")  # what set-up has brought; ./run makes it
+OWN = os.access(CACHE if os.path.isdir(CACHE) else ROOT, os.W_OK)  # whether it may be changed
+
+
+def _kept(of_clone, variable, default):
+    """Returns a folder to write to: of the clone, or of a user who may only read that (XDG)."""
+    if OWN:
+        return of_clone
+    base = os.environ.get(variable, "")
+    if not os.path.isabs(base):
+        base = os.path.join(os.path.expanduser("~"), default)
+    return os.path.join(base, "paddock")
+
+
+KEPT = _kept(CACHE, "XDG_CACHE_HOME", ".cache")
+STATE = _kept(CACHE, "XDG_STATE_HOME", ".local/state")
+OUT = os.path.join(_kept(ROOT, "XDG_DATA_HOME", ".local/share"), "out")
+LOGS = os.path.join(STATE, "log")
 VENV = os.path.join(ROOT, ".venv")
 GAZEBO = os.path.join(CACHE, "gazebo")  # Gazebo's libraries, by ./run add gazebo
 GAZEBO_STAMP = os.path.join(GAZEBO, "packages.txt")  # of a whole one: what is unpacked

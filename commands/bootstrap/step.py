@@ -13,9 +13,9 @@ import time
 
 from commands import processes
 from commands.errors import CommandError, say
-from commands.paths import CACHE, LOGS, ROOT, relative
+from commands.paths import KEPT, LOGS, ROOT, relative
 
-LOCK = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no python3
+LOCK = os.path.join(KEPT, "lock")  # ./run takes it, too, while there is no python3
 LOCK_LIMIT = 1800.0  # [s]
 SILENT = 2.0  # before it says that it waits: a ./run that finds all ready is through by then [s]
 POLL = 0.05  # [s] between looks at the lock, at programs and at signals
@@ -71,6 +71,7 @@ class SetupLock:
         self._path, self._doing = path or LOCK, doing
 
     def __enter__(self):
+        os.makedirs(os.path.dirname(self._path), exist_ok=True)
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
         if not self._taken():
             self._wait()

@@ -7,7 +7,8 @@ import sys
 from commands import signature
 from commands.bootstrap import packages, ros
 from commands.bootstrap.step import SetupLock, Step, run_beside
-from commands.paths import CACHE, ROOT, VENV, VENV_PYTHON, VENV_STAMP, read, write
+from commands.errors import CommandError
+from commands.paths import CACHE, OWN, ROOT, VENV, VENV_PYTHON, VENV_STAMP, read, write
 
 REQUIREMENTS = os.path.join(ROOT, "config", "requirements.txt")
 OPENCV = os.path.join(ROOT, "config", "requirements-opencv.txt")
@@ -203,7 +204,7 @@ def prepare_extras(*names):
         names: Of EXTRAS; none: learning.
 
     Raises:
-        CommandError: A step failed.
+        CommandError: A step failed, or the clone is another user's.
         SystemExit: Debian packages could not be installed, and ./run has said why.
         Interrupted: A signal ended it.
     """
@@ -212,6 +213,9 @@ def prepare_extras(*names):
         for name in dict.fromkeys(wanted):
             packages.prepare_more(f"apt-{name}.txt", steps=2)
         missing = [name for name in dict.fromkeys(wanted) if not _has_extra(name)]
+        if missing and not OWN:
+            command = f"./run setup --with {','.join(missing)}"
+            raise CommandError(f"{ROOT} belongs to another user, who has to type there: {command}")
         if missing:
             title, log = f"Python packages ({', '.join(missing)})", f"install_{'_'.join(missing)}"
             run_beside([Step(2, title, lambda _: _install_extras(missing), ADVICE, log, of=2)])

@@ -53,6 +53,7 @@ def run(options, _rest):
         return refresh(options.folder)
     if not options.names and not options.users:
         raise UsageError("add needs a name", f"usage: ./run add {USAGE}")
+    bootstrap.need_own()
     with step.SetupLock(os.path.join(CACHE, LOCK), "bringing packages"):
         return add(options.names, options.folder, options.users or ())
 

@@ -9,7 +9,7 @@ figures mean.
 
 import os
 
-from commands import environment, locks, processes, supervisor
+from commands import bootstrap, environment, locks, processes, supervisor
 from commands.errors import CommandError
 from commands.paths import OUT, ROOT, VENV_PYTHON
 
@@ -49,6 +49,7 @@ def run(arguments):
         raise CommandError("bench/bench.py is missing from this checkout")
     from commands.bootstrap import venv
 
+    bootstrap.need_own()
     environ = environment.ready()
     venv.prepare_extras("gym", "test")
     locks.take_results(os.path.join(OUT, "bench"))

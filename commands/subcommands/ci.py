@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 
 from commands import environment, locks, processes
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, SYSTEM_PATH, VENV_PYTHON
+from commands.paths import KEPT, SYSTEM_PATH, VENV_PYTHON
 from commands.subcommands import deps
 
 USAGE = "[--out FOLDER] [PATH]"
@@ -81,7 +81,7 @@ class Workspace:
         files = deps.find_manifests(os.path.realpath(folder))
         self.packages = {deps.read_manifest(path)[0]: os.path.dirname(path) for path in files}
         name = hashlib.sha256(os.path.realpath(folder).encode()).hexdigest()[:12]
-        self._root = os.path.join(CACHE, "ci", name)
+        self._root = os.path.join(KEPT, "ci", name)
         self.setup = os.path.join(self._root, "devel", "setup.bash")
         locks.take_results(self._root)
         sources = os.path.join(self._root, "src")

@@ -14,11 +14,11 @@ from commands.bootstrap import ros
 from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.bootstrap.venv import ADVICE, extra_requirements
 from commands.errors import CommandError, say
-from commands.paths import CACHE, OUT, ROOT, read, relative, write
+from commands.paths import CACHE, KEPT, OUT, ROOT, read, relative, write
 
 USAGE = "[--build] [--port N]"
-FOLDER = os.path.join(CACHE, "docs")
-STAMP = os.path.join(FOLDER, ".stamp")
+FOLDERS = tuple(os.path.join(folder, "docs") for folder in (CACHE, KEPT))
+STAMP = ".stamp"
 SITE = os.path.join(OUT, "site")
 HOST = "127.0.0.1"
 
@@ -47,9 +47,9 @@ def run(options, _rest):
     python = prepare()
     environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
     environ.pop("PYTHONPATH", None)
-    with SetupLock(f"{FOLDER}.lock", "building the site"):
+    with SetupLock(f"{FOLDERS[-1]}.lock", "building the site"):
         built = processes.run_child(
-            [python, "-m", "mkdocs", "build", "--strict"], cwd=ROOT, env=environ
+            [python, "-m", "mkdocs", "build", "--strict", "-d", SITE], cwd=ROOT, env=environ
         )
     if built != 0:
         raise CommandError("the site cannot be built", "The lines above name the pages.")
@@ -72,17 +72,20 @@ def prepare():
     """
     wanted = f"{os.path.realpath(ros.python())} {ROOT}\n{read(extra_requirements('docs'))}"
     with SetupLock():
-        if read(STAMP) != wanted:
-            work = lambda _: _install(wanted)  # noqa: E731
+        for folder in FOLDERS:
+            if read(os.path.join(folder, STAMP)) == wanted:
+                break
+        else:
+            work = lambda _: _install(FOLDERS[-1], wanted)  # noqa: E731
             run_beside([Step(1, "What builds the site", work, ADVICE, "install_docs", of=1)])
-    return os.path.join(FOLDER, "bin", "python")
+    return os.path.join(folder, "bin", "python")
 
 
-def _install(wanted):
+def _install(folder, wanted):
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
     environ.pop("PYTHONPATH", None)
-    yield [ros.python(), "-m", "venv", "--clear", FOLDER], environ
-    python = os.path.join(FOLDER, "bin", "python")
+    yield [ros.python(), "-m", "venv", "--clear", folder], environ
+    python = os.path.join(folder, "bin", "python")
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
     yield [*pip, "-r", extra_requirements("docs")], environ
-    write(STAMP, wanted)
+    write(os.path.join(folder, STAMP), wanted)

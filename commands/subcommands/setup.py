@@ -76,7 +76,7 @@ def print_environment():
 
     kept = os.dup(1)
     os.dup2(2, 1)
-    after = environment.ready() if environment.is_own() else environment.shared()
+    after = environment.ready()
     lines = changes(environment.callers(), after)
     os.dup2(kept, 1)
     print("\n".join(lines))

@@ -8,7 +8,7 @@ the bits of resets are monitored. out/soak/seed-S/soak.md lists what was done an
 
 import os
 
-from commands import environment, processes
+from commands import bootstrap, environment, processes
 from commands.errors import CommandError
 from commands.paths import ROOT, VENV_PYTHON
 
@@ -30,6 +30,7 @@ def run(arguments):
         raise CommandError("bench/soak.py is missing from this checkout")
     from commands.bootstrap import venv
 
+    bootstrap.need_own()
     environ = environment.ready()
     venv.prepare_extras("test")  # its page is a client of WebSockets
     processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

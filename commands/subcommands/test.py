@@ -16,7 +16,7 @@ nothing failed.
 import os
 import re
 
-from commands import environment, processes
+from commands import bootstrap, environment, processes
 from commands.parsing import whole_number
 from commands.paths import ROOT, SOURCES, VENV_PYTHON
 
@@ -46,6 +46,7 @@ def add_arguments(parser):
 def run(arguments):
     """Becomes pytest."""
     words, filters = options(arguments)
+    bootstrap.need_own()
     environ = environment.ready()
     prepare_stages(filters)
     if "--collect-only" not in words:
@@ -125,7 +126,7 @@ def prepare_stages(filters):
     if "web" in filters:
         packages.prepare(packages.DESK_TEST_LIST)
     if "cpp" in filters:
-        from commands import bootstrap, gazebo_libraries
+        from commands import gazebo_libraries
 
         gazebo_libraries.add()
         bootstrap.prepare()

@@ -28,7 +28,17 @@ def version():
 
 def commit():
     """Returns the commit in brackets, "changed" if files differ; empty outside of a git clone."""
-    git = ["git", "-C", ROOT, "describe", "--always", "--dirty= changed", "--exclude=*"]
+    git = [
+        "git",
+        "-c",
+        f"safe.directory={ROOT}",
+        "-C",
+        ROOT,
+        "describe",
+        "--always",
+        "--dirty= changed",
+        "--exclude=*",
+    ]
     try:
         done = subprocess.run(git, capture_output=True, text=True, timeout=20)
     except (OSError, subprocess.TimeoutExpired):

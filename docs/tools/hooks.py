@@ -1,21 +1,22 @@
 """What mkdocs.yml needs besides docs/: the pages beside the code, and links that leave the site.
 
-README.md becomes the first page; the packages' README.md, CHANGELOG.md and CONTRIBUTING.md are
-pages, too. A link to any other file of the repository goes to its web page where GITHUB_REPOSITORY
-is set; else its path is written. A link to a film that is alone in its line shows the film.
+README.md becomes the first page; the packages' README.md, CHANGELOG.md, CONTRIBUTING.md and
+SECURITY.md are pages, too. A link to any other file of the repository goes to its web page where
+docs/project.yml has the address; else its path is written. A link to a film that is alone in its
+line shows the film.
 """
 
 from __future__ import annotations
 
-import os
 import pathlib
 import posixpath
 import re
 
+import yaml
 from mkdocs.structure.files import File
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-REPOSITORY = os.environ.get("GITHUB_REPOSITORY", "")
+REPOSITORY = yaml.safe_load((ROOT / "docs" / "project.yml").read_text())["repository"]
 LINK = re.compile(r"(!?)\[((?:[^][]|!?\[[^][]*\]\([^)]*\))*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```(\w+) (terminal|expect|file=(\S+))$", re.MULTILINE)
 FILM = re.compile(r"^\[([^]\n]*)\]\((\S+\.mp4)\)$", re.MULTILINE)
@@ -31,6 +32,7 @@ def beside_code() -> dict[str, str]:
         "README.md": "index.md",
         "CHANGELOG.md": "changelog.md",
         "CONTRIBUTING.md": "contributing.md",
+        "SECURITY.md": "security.md",
         "src/bullet_bridge/docs/sending.md": "packages/sending.md",
         "src/cybertruck/docs/trailer.md": "packages/trailer.md",
     }
@@ -43,6 +45,12 @@ def beside_code() -> dict[str, str]:
 
 PAGES = beside_code()
 SOURCES = {site: source for source, site in PAGES.items()}
+
+
+def on_config(config):
+    """Links the repository in the head of each page, where there is an address."""
+    config.repo_url = REPOSITORY or None
+    return config
 
 
 def on_files(files, config):
@@ -107,5 +115,5 @@ def link(match, source: str, site: str) -> str:
         relative = posixpath.relpath(inside, posixpath.dirname(site) or ".")
         return f"{mark}[{label}]({relative}{anchor})"
     if REPOSITORY:
-        return f"{mark}[{label}](https://github.com/{REPOSITORY}/blob/main/{found}{anchor})"
+        return f"{mark}[{label}]({REPOSITORY}/blob/main/{found}{anchor})"
     return f"{label} (`{found}`)" if found not in label else label

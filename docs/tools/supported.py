@@ -33,7 +33,10 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "support"
 PAGE = ROOT / "docs" / "supported.md"
 SAME, DIFFERS, IGNORED, NOTHING = "as Gazebo", "differs", "ignored", "means nothing here"
+READ = "read only"  # on the page: SAME, of a row that no other tests than READERS hold
 STATES = SAME, DIFFERS, IGNORED, NOTHING
+COLUMNS = SAME, READ, DIFFERS, IGNORED, NOTHING
+READERS = ("test_a_parameter_and_its_default", "test_a_parameter_of_a_realsense")
 KEYS = {  # state -> (keys that a row must have, keys that it may have), besides name and state
     SAME: ({"test"}, {"note"}),
     DIFFERS: ({"note", "from"}, {"test"}),
@@ -46,7 +49,9 @@ HEAD = """# What is supported
 Every element, attribute and parameter that the sources of Gazebo 11 and its ROS packages read,
 and what Paddock does with it. `docs/tools/supported.py` makes this page of [docs/support](support).
 
-- `as Gazebo`: a test holds it, which is named.
+- `as Gazebo`: a test, which is named, holds what it does: as recorded in Gazebo, or by its source.
+- `read only`: a test holds the value that is read and its default, as in Gazebo's source; what it
+  does has no test of its own.
 - `differs`: how; measured beside Gazebo, or read in the sources of both.
 - `ignored`: it means something in Gazebo and nothing in Paddock; a warning may name it.
 - `means nothing here`: it has no effect in Gazebo with ODE and ROS either, or the row says why.
@@ -78,6 +83,12 @@ class Row:
     @property
     def tests(self) -> list[str]:
         return _listed(self.values.get("test"))
+
+    @property
+    def kind(self) -> str | None:
+        """The state as the page tells it: one of COLUMNS."""
+        reads = all(_plain(test).rpartition("::")[2] in READERS for test in self.tests)
+        return READ if self.state == SAME and reads else self.state
 
 
 @dataclass
@@ -197,24 +208,24 @@ def _plain(test: str) -> str:
 
 
 def counted(families: list[Family]) -> dict[str, dict[str, int]]:
-    """Family's title -> state -> number of names."""
+    """Family's title -> state as the page tells it -> number of names."""
     counts: dict[str, dict[str, int]] = {}
     for family in families:
-        of = counts.setdefault(family.title, dict.fromkeys(STATES, 0))
+        of = counts.setdefault(family.title, dict.fromkeys(COLUMNS, 0))
         for row in family.rows:
-            of[row.state] += len(row.names)
+            of[row.kind] += len(row.names)
     return counts
 
 
 def page(lists: dict[str, Names], families: list[Family]) -> str:
     """The text of docs/supported.md."""
-    lines = [HEAD, f"| family | {' | '.join(STATES)} | all |", "| --- |" + " ---: |" * 5]
+    lines = [HEAD, f"| family | {' | '.join(COLUMNS)} | all |", "| --- |" + " ---: |" * 6]
     counts = counted(families)
     for title, of in counts.items():
         link = f"[{_cell(title)}](#{_anchor(title)})"
-        numbers = " | ".join(str(of[state]) for state in STATES)
+        numbers = " | ".join(str(of[state]) for state in COLUMNS)
         lines.append(f"| {link} | {numbers} | {sum(of.values())} |")
-    sums = [sum(of[state] for of in counts.values()) for state in STATES]
+    sums = [sum(of[state] for of in counts.values()) for state in COLUMNS]
     lines.append(f"| all | {' | '.join(map(str, sums))} | {sum(sums)} |")
     lines += ["", "Where the names are from:", ""]
     lines += [
@@ -225,7 +236,7 @@ def page(lists: dict[str, Names], families: list[Family]) -> str:
         lines += ["", f"## {_cell(family.title)}", "", "| name | state | |", "| --- | --- | --- |"]
         for row in family.rows:
             names = ", ".join(_cell(f"`{name}`") for name in row.names)
-            lines.append(f"| {names} | {row.state} | {_cell(_remark(row))} |")
+            lines.append(f"| {names} | {row.kind} | {_cell(_remark(row))} |")
     return "\n".join(lines) + "\n"
 
 
@@ -238,8 +249,14 @@ def _remark(row: Row) -> str:
     if row.state == IGNORED:
         parts.append("with a warning" if row.values["warns"] else "without a warning")
     if row.tests:
-        parts.append("; ".join(f"`{test.rpartition('/')[2]}`" for test in row.tests))
+        parts.append("; ".join(f"`{_shown(test)}`" for test in row.tests))
     return " ".join(parts)
+
+
+def _shown(test: str) -> str:
+    """A test's id without the folders of its file."""
+    path, _, rest = test.partition("::")
+    return f"{path.rpartition('/')[2]}::{rest}"
 
 
 def _cell(text: str) -> str:

@@ -24,7 +24,7 @@ SHELL = re.compile(r"^```(?:bash|sh|shell|console)\n(.*?)^```", re.DOTALL | re.M
 
 # pattern of commands -> how else they are tried, or why not. The first that matches counts.
 UNRUN = {
-    r"[A-Z]{3,}\b(?!=)(?!_)|\.\.\.|<\(": "the reader's own names stand in it",
+    r"[A-Z]{3,}\b(?!=)(?!_)|\.\.\.|<[(\w]": "the reader's own names stand in it",
     r"/opt/ros/|/opt/paddock|~/catkin_ws|devel/setup": "a ROS or a workspace that the reader has",
     r"^(podman|sudo|apt-get)|apt ": "changes the machine; .github/workflows builds the image",
     r"^./run container\b": "builds an image: test_run_container.py",

@@ -209,10 +209,9 @@ def test_the_readme_has_the_figure_of_the_page_of_results():
 
 def test_the_readme_has_the_figures_of_the_page_of_paths():
     page = " ".join((ROOT / "docs" / "beside-gazebo.md").read_text().split())
-    alike, total = re.search(r"(\d+) of (\d+) are\.", page).groups()
-    packages = re.search(r"in Paddock: (\d+) of them", page)[1]
-    wanted = f"{alike} of {total} phases of {packages} packages"
-    assert wanted in (ROOT / "README.md").read_text()
+    wanted = re.search(r"\*\*(\d+ of \d+ driven phases of \d+ launch files from \d+ )", page)[1]
+    varies = re.search(r"in (\d+) more Gazebo itself", page)[1]
+    assert f"{wanted}public repositories; in {varies} more" in (ROOT / "README.md").read_text()
 
 
 def test_pictures_load_fast():

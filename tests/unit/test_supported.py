@@ -90,9 +90,12 @@ def test_what_is_wrong_is_said(rows, words):
 
 
 def test_counts_and_links_of_the_page():
-    lists = {"l": supported.Names("l", "keys", "their source", ["a", "b|c"])}
-    rows = [supported.Row(["a"], SAME, ""), supported.Row(["b|c"], OTHER, "")]
+    lists = {"l": supported.Names("l", "keys", "their source", ["a", "b|c", "d"])}
+    reads = {"state": "as Gazebo", "test": f"tests/a.py::{supported.READERS[0]}[of/a-b]"}
+    values = (SAME, OTHER, reads)
+    rows = [supported.Row([name], row, "") for name, row in zip(lists["l"].names, values)]
     text = supported.page(lists, [supported.Family("Keys: <of>", "f", ["l"], rows)])
-    assert "| [Keys: `<of>`](#keys-of) | 1 | 0 | 0 | 1 | 2 |" in text
+    assert "| [Keys: `<of>`](#keys-of) | 1 | 1 | 0 | 0 | 1 | 3 |" in text
     assert "| `a` | as Gazebo | `a.py::test_a[case 1]` |" in text
+    assert f"| `d` | read only | `a.py::{supported.READERS[0]}[of/a-b]` |" in text
     assert "| `b\\|c` | means nothing here | because |" in text

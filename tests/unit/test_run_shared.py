@@ -1,0 +1,66 @@
+"""A clone that belongs to another user: its commands work, and write into the user's folders."""
+
+import os
+import subprocess
+
+import pytest
+from run_rig import PATIENCE, ROOT
+
+# The clone as for a user who may only read it, also where root runs the tests.
+READ_ONLY = ["bwrap", "--dev-bind", "/", "/", "--ro-bind", str(ROOT), str(ROOT)]
+OWN = ("XDG_CACHE_HOME", "XDG_STATE_HOME", "XDG_DATA_HOME", "ROS_HOME", "ROS_LOG_DIR")
+
+
+def reader(home, *words, **extra):
+    """Runs a command of ./run as a user with a home; returns subprocess.CompletedProcess."""
+    environ = {name: value for name, value in os.environ.items() if name not in OWN}
+    return subprocess.run(
+        [*READ_ONLY, str(ROOT / "run"), *words], cwd=home, capture_output=True, text=True,
+        env={**environ, "HOME": str(home), **extra}, timeout=PATIENCE,
+    )  # fmt: skip
+
+
+def test_its_logs_are_in_the_users_folder(tmp_path):
+    done = reader(tmp_path, "exec", "printenv", "ROS_LOG_DIR", "PADDOCK_ROOT", "HOME")
+    logs = f"{tmp_path}/.local/state/paddock/ros"
+    assert (done.returncode, done.stdout.split()) == (0, [logs, str(ROOT), str(tmp_path)])
+    elsewhere = reader(tmp_path, "exec", "printenv", "ROS_LOG_DIR", XDG_STATE_HOME=f"{tmp_path}/x")
+    assert elsewhere.stdout == f"{tmp_path}/x/paddock/ros\n"
+    assert reader(tmp_path, "exec", "rosversion", "roscpp").returncode == 0
+
+
+@pytest.mark.parametrize(
+    "words", [["setup"], ["add", "husky_gazebo"], ["test"], ["soak"], ["bench"]]
+)
+def test_what_changes_it_is_refused(tmp_path, words):
+    done = reader(tmp_path, *words)
+    assert done.returncode == 1 and f"{ROOT} belongs to another user" in done.stderr
+
+
+def test_what_its_owner_has_not_installed_is_named(tmp_path):
+    code = """if True:
+        from commands.bootstrap import packages, venv
+        from commands.errors import CommandError
+        venv._has_extra, packages.prepare_more = lambda name: name == 'gym', lambda *_, **__: None
+        try:
+            venv.prepare_extras('gym', 'test')
+        except CommandError as error:
+            print(error)"""
+    done = subprocess.run(
+        [*READ_ONLY, "/usr/bin/python3", "-c", code], cwd=tmp_path, capture_output=True, text=True,
+        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": str(tmp_path)},
+    )  # fmt: skip
+    assert done.stdout.endswith("who has to type there: ./run setup --with test\n"), done.stderr
+
+
+def test_version_tells_the_commit(tmp_path):
+    mine = subprocess.run([str(ROOT / "run"), "version"], capture_output=True, text=True)
+    assert reader(tmp_path, "version").stdout == mine.stdout
+
+
+def test_its_results_are_the_users(tmp_path):
+    """Whether the drive is a good one, which a busy machine decides, is not asked."""
+    done = reader(tmp_path, "demo", "drive_time:=1", "real_time_factor:=0")
+    out = tmp_path / ".local" / "share" / "paddock" / "out"
+    assert f"in {out}/: birdseye.png camera.png path.csv result.json" in done.stdout, done.stderr
+    assert not (tmp_path / ".cache" / "paddock" / "out").exists()
