@@ -10,6 +10,7 @@ from commands.paths import ROOT
 WANTED = os.path.join(ROOT, "config", "apt.txt")
 FIRST_LIST = "apt-first.txt"  # in config/, as the other lists
 INSTALLED = "/var/lib/dpkg/status"
+DESK_SERVER_LIST = "apt-desk-server.txt"
 DESK_LIST = "apt-desk.txt"
 DESK_TEST_LIST = "apt-desk-test.txt"
 

@@ -76,7 +76,7 @@ def run(arguments):
     command = [os.path.join(ROOT, "run"), *shown(words)]
     password = asked_password() if options.share else None
     environment.ready()
-    packages.prepare(packages.DESK_LIST)
+    packages.prepare(packages.DESK_SERVER_LIST, packages.DESK_LIST)
     with Desk(environment.callers(), options.size, options.port, password) as desk:
         say(f"the desk, in a browser: {desk.url}")
         return processes.exit_status(desk.run(command))

@@ -121,6 +121,7 @@ def prepare_stages(filters):
 
     more = ("learning", "ray", "sweep") if "learning" in filters else ()
     venv.prepare_extras("test", "lint", "gym", *more)
+    packages.prepare(packages.DESK_SERVER_LIST)
     if "desk" in filters:
         packages.prepare(packages.DESK_LIST, packages.DESK_TEST_LIST)
     if "web" in filters:

@@ -32,7 +32,17 @@ from commands.bare import host  # noqa: E402
 
 LISTS = tuple(
     f"apt{name}.txt"
-    for name in ("-first", "", "-ros", "-desk", "-desk-test", "-test", "-lint", "-gym")
+    for name in (
+        "-first",
+        "",
+        "-ros",
+        "-desk-server",
+        "-desk",
+        "-desk-test",
+        "-test",
+        "-lint",
+        "-gym",
+    )
 )
 PINS = tuple(f"requirements{name}.txt" for name in ("", "-opencv", "-test", "-lint", "-gym"))
 GLIBC = (5, 12, 17, 24, 26, 27, 28, 31, 34, 35)  # minor versions that wheels are made for

@@ -1,12 +1,14 @@
 """./run container: its two lines, on this machine and on one that Paddock does not run on."""
 
 import os
+import re
 import shlex
 
 import pytest
 import ros_rig
 from run_rig import ROOT, run
 
+from commands.bootstrap import packages
 from commands.subcommands import container
 
 # Writes down what it is called with; FAIL in the environment makes it fail.
@@ -66,6 +68,11 @@ def test_what_the_image_has_is_what_the_lines_take():
         os.path.dirname(os.path.dirname(container.SOURCES)),
     )
     assert user in text and f"WORKDIR {folder}\n" in text and 'ENTRYPOINT ["./run"]' in text
+    lists = set(re.findall(r"apt[\w-]*\.txt", text))
+    assert all((ROOT / "config" / name).is_file() for name in lists)
+    small, desk = text.split("FROM ci AS desk")
+    assert "apt-desk" not in small and packages.DESK_LIST in desk
+    assert packages.DESK_SERVER_LIST in desk
 
 
 @pytest.mark.parametrize(

@@ -62,5 +62,5 @@ def test_its_results_are_the_users(tmp_path):
     """Whether the drive is a good one, which a busy machine decides, is not asked."""
     done = reader(tmp_path, "demo", "drive_time:=1", "real_time_factor:=0")
     out = tmp_path / ".local" / "share" / "paddock" / "out"
-    assert f"in {out}/: birdseye.png camera.png path.csv result.json" in done.stdout, done.stderr
+    assert f"in {out}/: " in done.stdout and (out / "result.json").is_file(), done.stderr
     assert not (tmp_path / ".cache" / "paddock" / "out").exists()

@@ -83,12 +83,13 @@ def test_somebody_who_cannot_write_into_the_clone_sources_it(tmp_path):
         check=False, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == [f"{ROOT}/src/track_model", "[]"]
+    logs = f"[{tmp_path}/home/.local/state/paddock/ros]"
+    assert done.stdout.split() == [f"{ROOT}/src/track_model", logs]
     refused = subprocess.run(
-        [*becomes, f"{ROOT}/run", "version"], env=environ, timeout=PATIENCE, check=False,
+        [*becomes, f"{ROOT}/run", "setup"], env=environ, timeout=PATIENCE, check=False,
         capture_output=True, text=True,
     )  # fmt: skip
-    assert refused.returncode != 0 and "cannot write to" in refused.stderr
+    assert refused.returncode == 1 and "belongs to another user" in refused.stderr
 
 
 def test_a_set_up_that_fails_is_not_hidden(tmp_path):
