@@ -39,7 +39,7 @@ def clean_up_logs(now=None):
     oldest = (time.time() if now is None else now) - LOGS_KEPT
     try:
         entries = list(os.scandir(LOG_FOLDER))
-    except FileNotFoundError:
+    except OSError:  # there is none, or a home that cannot be entered
         return
     for entry in entries:
         try:
