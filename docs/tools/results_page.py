@@ -3,8 +3,9 @@
     ./run exec python docs/tools/results_page.py
 
 README.md gets the number of worlds that are as fast as in Gazebo.
-The page has a section for each file, in the bench's order: what it says in a sentence, how it is
-measured, a table with the spread, and a plot where there are many figures of one kind.
+The page has a section for each file: what it says in a sentence, how it is measured, a table with
+the spread, and a plot where there are many figures of one kind. Paces that were measured while
+others used the machine are left out.
 """
 
 from __future__ import annotations
@@ -35,6 +36,19 @@ machine. What limits what: [performance](performance.md).
 """
 NONE = "\nNo results are recorded for this version yet.\n"
 IDLE = 0.1  # processors that others may have beside a measurement
+FIRST = ("beside_gazebo", "peers", "learning")  # on the page; then the others in the bench's order
+WORDS = {  # in names of figures -> what the page says
+    "free, ": "as fast as possible: ",
+    "own time, ": "processor time of its stepping thread alone: ",
+    "gym, ": "actions, ",
+    "p50": "half within",
+    "p99": "99 of 100 within",
+    "imu": "IMU",
+    "pids": "PIDs",
+    "khz": "kHz",
+    "hz": "Hz",
+}
+ACTIONS = 15.0  # of the gym's car a simulated second
 
 
 class Told(NamedTuple):
@@ -46,6 +60,7 @@ class Told(NamedTuple):
         summary: Gives a sentence of its figures, {name: figure}; "" where they lack.
         plot: First words of the names of what is plotted; empty: nothing.
         unit: Of a ratio in the table.
+        axis: Of the plot; empty: times the unit's reference.
     """
 
     title: str
@@ -53,6 +68,24 @@ class Told(NamedTuple):
     summary: Callable[[dict], str] = lambda figures: ""
     plot: str = ""
     unit: str = "x"
+    axis: str = ""
+
+
+def named(figure: dict) -> str:
+    """A figure's name in words."""
+    name = figure["name"].strip()
+    if name not in SUBJECTS and not any(subject in name for subject in SUBJECTS):
+        name = name.replace("_", " ")
+    for short, words in WORDS.items():
+        end = "(?![a-z])" if short.isalnum() else ""
+        name = re.sub(rf"(?<![a-z]){re.escape(short)}{end}", words, name)
+    return name
+
+
+def usable(found: dict) -> list[dict]:
+    """The figures of a section without paces that were disturbed."""
+    busy = found["others"] > IDLE
+    return [each for each in found["figures"] if not (busy and each["unit"] == "x")]
 
 
 def number(value: float) -> str:
@@ -121,6 +154,21 @@ def times_gazebo(figure: dict) -> tuple[float, float, float] | None:
     return figure["value"] / theirs, least / theirs, greatest / theirs
 
 
+def peers(figures: dict) -> str:
+    """Paddock beside other gyms, and its actions a second."""
+    compared = told_if(
+        "With `state` Paddock makes {} times MuJoCo's car seconds a second of processor time, "
+        "with a lidar {} times f1tenth_gym's and {} times racecar_gym's.",
+        "paddock_state_1 over mujoco_1",
+        "paddock_lidar_1 over f1tenth_1",
+        "paddock_lidar_1 over racecar_1",
+    )(figures)
+    if not compared or "paddock_state_1" not in figures:
+        return compared
+    actions = ACTIONS * figures["paddock_state_1"]["value"]
+    return f"{compared} With `state` that is {number(actions)} actions a second of a core."
+
+
 TOLD = {
     "start": Told(
         "Start",
@@ -149,6 +197,7 @@ TOLD = {
             "images, received 640x480",
         ),
         "images, ",
+        axis="images a second, times PyBullet's",
     ),
     "latency": Told(
         "Latency",
@@ -168,6 +217,7 @@ TOLD = {
         "counts against bare stepping of one car; equal ratios mean equal cost for each car.",
         told_if("A further car takes {} of memory.", "memory per car"),
         "cars x pace, ",
+        axis="cars times pace, times one car's bare stepping",
     ),
     "learning": Told(
         "Learning",
@@ -179,6 +229,7 @@ TOLD = {
             "gym, state, 8 worlds",
         ),
         "gym, ",
+        axis="actions a second, times bare stepping, or one process",
     ),
     "gym_gap": Told(
         "Gym and ROS",
@@ -192,13 +243,7 @@ TOLD = {
         "simulated seconds, times cars, a second of processor time of all its threads. They "
         "simulate and return different things, as the table says. Ratios are of those that "
         "observe alike.",
-        told_if(
-            "With `state` Paddock makes {} times MuJoCo's car seconds a second of processor time, "
-            "with a lidar {} times f1tenth_gym's and {} times racecar_gym's.",
-            "paddock_state_1 over mujoco_1",
-            "paddock_lidar_1 over f1tenth_1",
-            "paddock_lidar_1 over racecar_1",
-        ),
+        peers,
     ),
     "gym_steps": Told(
         "Physics steps of the gym",
@@ -224,6 +269,7 @@ TOLD = {
             "ode, steps, a car, 40 cans awake",
         ),
         "ode, ",
+        axis="steps a second of `ode`, times those of `bullet`",
     ),
     "beside_gazebo": Told(
         "Beside Gazebo",
@@ -241,7 +287,7 @@ def row(figure: dict, unit: str) -> str:
     """A line of the table; worlds beside Gazebo have one column more."""
     spread = "" if figure["spread"] is None else " to ".join(map(number, figure["spread"]))
     value = f"{number(figure['value'])} {figure['unit'] or unit}".rstrip()
-    name = figure["name"]
+    name = named(figure)
     if name in SUBJECTS:
         name += f": {SUBJECTS[name][1]}"
     text = f"| {name} | {value} | {spread} | {figure['runs']} |"
@@ -260,27 +306,34 @@ def section(found: dict) -> str:
     Args:
         found: A document of bench/results.py.
     """
-    told, machine = TOLD[found["name"]], found["machine"]
-    summary = told.summary({figure["name"]: figure for figure in found["figures"]})
+    told, machine, figures = TOLD[found["name"]], found["machine"], usable(found)
+    summary = told.summary({figure["name"]: figure for figure in figures})
     busy = ""
-    if found["others"] > IDLE:
-        busy = f" Others had up to {found['others']:.2f} processors meanwhile: it was disturbed."
+    if len(figures) < len(found["figures"]):
+        busy = " Its paces were disturbed by other processes and are left out."
     text = f"\n## {told.title}\n\n" + (f"**{summary}** " if summary else "")
     text += (
         f"{told.method}\n\n*{machine['processor']}, {machine['cores']} cores, Python "
         f"{machine['python']}; commit {found['commit']}, {found['date'][:10]}.{busy}*\n\n"
     )
-    if told.plot:
+    if plotted(found):
         text += f"![{told.title}](images/{picture(found['name'])})\n\n"
-    gazebo = any(map(times_gazebo, found["figures"]))
+    gazebo = any(map(times_gazebo, figures))
     text += f"| | value | spread | runs |{' times Gazebo |' if gazebo else ''}\n"
     text += "| --- |" + " --- |" * (4 if gazebo else 3) + "\n"
-    return text + "".join(f"{row(figure, told.unit)}\n" for figure in found["figures"])
+    return text + "".join(f"{row(figure, told.unit)}\n" for figure in figures)
+
+
+def plotted(found: dict) -> list[dict]:
+    """The figures of a section's plot."""
+    first = TOLD[found["name"]].plot
+    return [each for each in usable(found) if first and each["name"].startswith(first)]
 
 
 def documents(folder: pathlib.Path) -> list[dict]:
-    """The results that a folder has, in the bench's order."""
-    files = [folder / f"{name}.json" for name in SECTIONS]
+    """The results that a folder has: FIRST, then the others in the bench's order."""
+    names = [*FIRST, *(name for name in SECTIONS if name not in FIRST)]
+    files = [folder / f"{name}.json" for name in names]
     return [results.check(path.read_text(encoding="utf-8")) for path in files if path.is_file()]
 
 
@@ -316,15 +369,14 @@ def draw(found: dict, path: pathlib.Path) -> None:
     from matplotlib import pyplot, ticker
 
     told = TOLD[found["name"]]
-    shown = [each for each in found["figures"] if each["name"].startswith(told.plot)][::-1]
-    names, bars, of = [each["name"][len(told.plot) :] for each in shown], [], told.unit
+    shown = plotted(found)[::-1]
+    names = [named({"name": each["name"][len(told.plot) :]}) for each in shown]
+    bars, of = [], told.axis or told.unit
     for each in shown:
         least, greatest = each["spread"] or (each["value"],) * 2
         bars.append(times_gazebo(each) or (each["value"], least, greatest))
     if any(map(times_gazebo, shown)):
         of = "times Gazebo's pace"
-    elif of == "x":
-        of = "times the reference"
     figure, axes = pyplot.subplots(figsize=(9.0, 0.8 + 0.3 * len(shown)))
     errors = ([a - b for a, b, _ in bars], [c - a for a, _, c in bars])
     colors = ["#2f6f8f" if value >= 1.0 else "#b3541e" for value, *_ in bars]
@@ -344,7 +396,7 @@ def main() -> None:
     for old in IMAGES.glob(picture("*")):
         old.unlink()
     for found in documents(results.FOLDER):
-        if TOLD[found["name"]].plot:
+        if plotted(found):
             draw(found, IMAGES / picture(found["name"]))
     PAGE.write_text(page(), encoding="utf-8")
     README.write_text(readme(), encoding="utf-8")

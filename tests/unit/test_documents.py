@@ -201,6 +201,23 @@ def test_a_section_of_results_has_a_sentence_its_method_and_a_table(tmp_path):
         assert (drawn == color).all(axis=1).sum() > 500
 
 
+def test_paces_that_were_disturbed_are_left_out_and_names_are_words():
+    figures = (("cars x pace, 2", 1.1, "x"), ("memory per car", 3.0, "MB"))
+    found = dict(recorded("scale", *figures), others=0.5)
+    text = results_page.section(found)
+    assert "memory per car | 3.00 MB" in text and "cars x pace, 2" not in text
+    assert "disturbed by other processes and are left out" in text and "![" not in text
+    found["others"] = 0.0
+    assert "cars x pace, 2 | 1.10 x" in results_page.section(found)
+    for name, words in {
+        "own time, imu_1_khz": "processor time of its stepping thread alone: IMU 1 kHz",
+        "free, camera_160x120_30_hz": "as fast as possible: camera 160x120 30 Hz",
+        "latency hinge_camera, p50": "latency hinge camera, half within",
+        "paddock_state_1 over mujoco_1": "paddock_state_1 over mujoco_1",
+    }.items():
+        assert results_page.named({"name": name}) == words
+
+
 def test_the_readme_has_the_figure_of_the_page_of_results():
     text = (ROOT / "README.md").read_text()
     assert len(re.findall(r"in \d+ of \d+ worlds of the bench", text)) == 1
