@@ -98,6 +98,7 @@ def controllers(kind, names):
         return {name: {"type": by_effort, "joint": name, "pid": PIDS} for name in names}
     sides = {"left_wheel": list(names[::2]), "right_wheel": list(names[1::2])}
     sizes = {"wheel_separation": 0.3, "wheel_radius": 0.03, "cmd_vel_timeout": 1e9}
+    sizes.update({f"{of}_covariance_diagonal": [0.0] * 6 for of in ("pose", "twist")})
     return {"base": {"type": "diff_drive_controller/DiffDriveController", **sides, **sizes}}
 
 

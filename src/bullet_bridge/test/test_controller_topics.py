@@ -26,6 +26,7 @@ JOINT = (
     '<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'
 )
+COVARIANCES = {f"{of}_covariance_diagonal": [0.0] * 6 for of in ("pose", "twist")}
 PLACES = {
     "left": "0 0.2 0",
     "right": "0 -0.2 0",
@@ -63,6 +64,7 @@ PARAMS = {
     "/bot/push": {"type": "effort_controllers/JointEffortController", "joint": "arm"},
     "/bot/base": {
         "type": "diff_drive_controller/DiffDriveController",
+        **COVARIANCES,
         "left_wheel": "left",
         "right_wheel": "right",
         "publish_rate": 100,
@@ -72,24 +74,28 @@ PARAMS = {
     },
     "/bot/wheels": {
         "type": "diff_drive_controller/DiffDriveController",
+        **COVARIANCES,
         "left_wheel": "left",
         "right_wheel": "right",
         "publish_wheel_joint_controller_state": True,
     },
     "/bot/car": {
         "type": "ackermann_steering_controller/AckermannSteeringController",
+        **COVARIANCES,
         "rear_wheel": "left",
         "front_steer": "arm",
         "wheel_separation_h": 1.0,
     },
     "/bot/fast": {
         "type": "diff_drive_controller/DiffDriveController",
+        **COVARIANCES,
         "left_wheel": "left",
         "right_wheel": "right",
         "publish_rate": 5000,
     },
     "/bot/four": {
         "type": "four_wheel_steering_controller/FourWheelSteeringController",
+        **COVARIANCES,
         "front_wheel": ["left", "right"],
         "rear_wheel": ["arm", "tail"],
         "front_steering": ["fl", "fr"],
@@ -321,8 +327,8 @@ def test_claims_of_both_interfaces_are_listed(bot):
     bot.ask("load_controller", name="car")
     claims = bot.ask("list_controllers").controller[0].claimed_resources
     assert [(c.hardware_interface, c.resources) for c in claims] == [
-        ("hardware_interface::VelocityJointInterface", ["left"]),
         ("hardware_interface::PositionJointInterface", ["arm"]),
+        ("hardware_interface::VelocityJointInterface", ["left"]),
     ]
 
 

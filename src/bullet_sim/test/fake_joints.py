@@ -2,6 +2,9 @@
 
 from bullet_sim.engine.quickstep.law import effort_of
 
+# what controllers of bases cannot be loaded without
+COVARIANCES = {f"{of}_covariance_diagonal": [0.0] * 6 for of in ("pose", "twist")}
+
 
 def limited_effort(handle):
     """The effort of a JointHandle within the joint's limits, and what of it acts."""

@@ -6,6 +6,7 @@ import pytest
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_joints import COVARIANCES
 
 RADIUS, WHEELBASE, TRACK = 0.1, 0.5, 0.4  # [m]
 BODY = (
@@ -73,6 +74,7 @@ TRICYCLE = robot(
             DIFF,
             {
                 "type": "diff_drive_controller/DiffDriveController",
+                **COVARIANCES,
                 "left_wheel": "left",
                 "right_wheel": "right",
             },
@@ -83,6 +85,7 @@ TRICYCLE = robot(
             DIFF,
             {
                 "type": "diff_drive_controller/DiffDriveController",
+                **COVARIANCES,
                 "left_wheel": "left",
                 "right_wheel": "right",
             },
@@ -93,6 +96,7 @@ TRICYCLE = robot(
             TRICYCLE,
             {
                 "type": "ackermann_steering_controller/AckermannSteeringController",
+                **COVARIANCES,
                 "rear_wheel": "rear",
                 "front_steer": "steer",
             },

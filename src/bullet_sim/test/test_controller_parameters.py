@@ -8,6 +8,7 @@ import pytest
 import yaml
 from bullet_sim.controllers.base import configure
 from bullet_sim.formats.urdf import parse_urdf
+from fake_joints import COVARIANCES
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -49,16 +50,19 @@ NEEDED = {  # of a controller's type
     "diff_drive_controller/DiffDriveController": {
         "left_wheel": "left_joint",
         "right_wheel": "right_joint",
+        **COVARIANCES,
     },
     "ackermann_steering_controller/AckermannSteeringController": {
         "rear_wheel": "rear_wheel_joint",
         "front_steer": "front_steer_joint",
+        **COVARIANCES,
     },
     "four_wheel_steering_controller/FourWheelSteeringController": {
         "front_wheel": ["fl_joint", "fr_joint"],
         "rear_wheel": ["rl_joint", "rr_joint"],
         "front_steering": ["fl_steer_joint", "fr_steer_joint"],
         "rear_steering": ["rl_steer_joint", "rr_steer_joint"],
+        **COVARIANCES,
     },
     "joint_state_controller/JointStateController": {"publish_rate": 50},
     "position_controllers/JointTrajectoryController": LIST,

@@ -9,6 +9,7 @@ from bullet_sim.controllers.segments import Command, Goal, Point
 from bullet_sim.controllers.trajectory import TrajectoryControl
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_joints import COVARIANCES
 
 INERTIAL = (
     '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/>'
@@ -44,11 +45,13 @@ URDF = (
 )
 SETTINGS = {
     "diff_drive_controller/DiffDriveController": {
+        **COVARIANCES,
         "left_wheel": "a",
         "right_wheel": "d",
         "linear": {"x": {"has_acceleration_limits": True, "max_acceleration": 1.0}},
     },
     "four_wheel_steering_controller/FourWheelSteeringController": {
+        **COVARIANCES,
         "front_wheel": ["a", "d"],
         "rear_wheel": ["g", "h"],
         "front_steering": ["b", "e"],
@@ -57,7 +60,7 @@ SETTINGS = {
         "wheel_base": 1.0,
     },
 }
-STEERED = {"rear_wheel": "a", "front_steer": "b"}
+STEERED = {**COVARIANCES, "rear_wheel": "a", "front_steer": "b"}
 
 
 def settings(name):

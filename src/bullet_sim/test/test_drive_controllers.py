@@ -14,7 +14,7 @@ from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import WheelDrive
 from bullet_sim.pose import Pose
-from fake_joints import FakeJoints
+from fake_joints import COVARIANCES, FakeJoints
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -70,7 +70,7 @@ class Base:
     def __init__(self, **config):
         self.wheels = Wheels()
         self.manager = Manager(self.wheels, DESCRIPTION)
-        self.manager.load("base", config)
+        self.manager.load("base", {**COVARIANCES, **config})
         self.manager.switch(["base"], [])
         self.controller = self.manager.get("base")
 
@@ -217,7 +217,7 @@ def test_jerk_limit_makes_a_parabola():
 # configuration ------------------------------------------------------------------------------------
 def parse(**config):
     """Checked configuration with the description's sizes."""
-    return configure("base", config, NAMES, DESCRIPTION)[1]
+    return configure("base", {**COVARIANCES, **config}, NAMES, DESCRIPTION)[1]
 
 
 def test_sizes_come_from_the_description_and_multipliers_apply():
@@ -240,13 +240,13 @@ def test_sizes_come_from_the_description_and_multipliers_apply():
 def test_sizes_are_between_the_joints_own_origins():
     """As upstream, which asks for no more than <origin>: not where an axle in between puts them."""
     on_axle = _description(-0.15, -0.05)
-    facts = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer"}
+    facts = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer", **COVARIANCES}
     assert configure("b", facts, NAMES, on_axle)[1].separation == pytest.approx(0.35)
 
 
 def test_claims():
     config = parse(type=ACKERMANN, rear_wheel="left", front_steer="steer")
-    assert config.claims == (("velocity", ("left",)), ("position", ("steer",)))
+    assert config.claims == (("position", ("steer",)), ("velocity", ("left",)))
     assert parse(type=DIFF, left_wheel="left", right_wheel="right").claims == (
         ("velocity", ("left", "right")),
     )
@@ -259,12 +259,22 @@ def test_numbers_that_yaml_takes_for_text_and_keys_without_effect():
         right_wheel="right",
         publish_rate="5e1",
         use_imu=1,
-        pose_covariance_diagonal=[0, 0, "1.0e6", "1e6", 1e6, 0.1],
         preserve_turning_radius=True,
     )
-    assert config.publish_rate == 50.0 and config.pose_covariance[2] == 1e6
+    assert config.publish_rate == 50.0
     assert len(config.notes) == 1 and "preserve_turning_radius" in config.notes[0]
     assert len(config.warnings) == 1 and "key 'use_imu'" in config.warnings[0]
+
+
+def test_what_upstream_reads_of_a_short_list_and_of_limits_that_are_not_given():
+    """As Gazebo 11.1 with ros_controllers: elements that are not there are 0, and so is a max."""
+    sides = {"type": DIFF, "left_wheel": "left", "right_wheel": "right"}
+    given = {f"has_{quantity}_limits": True for quantity in ("velocity", "acceleration", "jerk")}
+    config = parse(**sides, pose_covariance_diagonal=[0.1, 0.2], linear={"x": given})
+    assert config.pose_covariance == (0.1, 0.2, 0.0, 0.0, 0.0, 0.0)
+    assert config.linear == SpeedLimiter((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    odd = parse(**sides, angular={"z": {**given, "max_jerk": -1.0, "min_velocity": 0.5}})
+    assert (odd.angular.jerk, odd.angular.velocity) == ((1.0, -1.0), (0.5, 0.0))
 
 
 BAD = [
@@ -279,23 +289,10 @@ BAD = [
     ({"left_wheel": "left", "right_wheel": "right", "publish_rate": -1}, "publish_rate -1"),
     ({"left_wheel": "left", "right_wheel": "right", "open_loop": "no"}, "open_loop 'no'"),
     ({"left_wheel": "left", "right_wheel": "right", "linear": 3}, "linear is 3"),
-    (
-        {
-            "left_wheel": "left",
-            "right_wheel": "right",
-            "linear": {"x": {"has_velocity_limits": True}},
-        },
-        "linear x has has_velocity_limits without max_velocity",
+    *(
+        ({"left_wheel": "left", "right_wheel": "right", "twist_covariance_diagonal": value}, text)
+        for value, text in ((None, "None"), ([1.0] * 5 + [2], "2]"), (["1e6"] * 6, "'1e6'"))
     ),
-    (
-        {
-            "left_wheel": "left",
-            "right_wheel": "right",
-            "angular": {"z": {"has_jerk_limits": True, "max_jerk": -1}},
-        },
-        "0 must lie between",
-    ),
-    ({"left_wheel": "left", "right_wheel": "right", "twist_covariance_diagonal": [1, 2]}, "six"),
     ({"left_wheel": "left", "right_wheel": "right", "base_frame_id": ""}, "base_frame_id"),
 ]
 
@@ -314,10 +311,10 @@ def test_spheres_are_wheels_of_diff_drive_alone_as_upstream():
     for name in ("left_link", "right_link"):
         links[name].collisions = [shape]
     description = replace(DESCRIPTION, links=links)
-    values = {"type": DIFF, "left_wheel": "left", "right_wheel": "right"}
+    values = {"type": DIFF, "left_wheel": "left", "right_wheel": "right", **COVARIANCES}
     _, config = configure("base", values, NAMES, description)
     assert config.sizes[1] == 0.2
-    values = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer"}
+    values = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer", **COVARIANCES}
     with pytest.raises(ControllerError, match="no wheel_radius, and link 'left_link' has no cylin"):
         configure("base", values, NAMES, description)
     configure("base", {**values, "wheel_radius": 0.2}, NAMES, description)

@@ -7,7 +7,7 @@ from bullet_sim.controllers.four_wheel import FourWheelOdometry
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.formats.urdf import parse_urdf
-from fake_joints import FakeJoints
+from fake_joints import COVARIANCES, FakeJoints
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -41,6 +41,7 @@ DESCRIPTION = parse_urdf(
 )
 CONFIG = {
     "type": TYPE,
+    **COVARIANCES,
     "front_wheel": list(WHEELS[:2]),
     "rear_wheel": list(WHEELS[2:]),
     "front_steering": list(STEERS[:2]),

@@ -8,7 +8,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.steer_bot import SteerBotJoints, parse_steer_bot
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
-from fake_joints import FakeJoints
+from fake_joints import COVARIANCES, FakeJoints
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -93,6 +93,7 @@ def _drive(manager, speed, angle):
         "base",
         {
             "type": "ackermann_steering_controller/AckermannSteeringController",
+            **COVARIANCES,
             "wheel_radius": 0.1,
             "wheel_separation_h": LENGTH,
         },

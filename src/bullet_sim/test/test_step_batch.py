@@ -7,6 +7,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_joints import COVARIANCES
 
 LINK = (
     '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.02" iyy="0.03" izz="0.01" '
@@ -191,10 +192,18 @@ def test_what_is_not_finite_gives_no_effort(monkeypatch, target):
 
 BASES = {
     "diff_drive_controller/DiffDriveController": dict(
-        left_wheel="wheel", right_wheel="geared", wheel_separation=0.5, wheel_radius=0.1
+        left_wheel="wheel",
+        right_wheel="geared",
+        wheel_separation=0.5,
+        wheel_radius=0.1,
+        **COVARIANCES,
     ),
     "ackermann_steering_controller/AckermannSteeringController": dict(
-        rear_wheel="wheel", front_steer="lift", wheel_separation_h=0.5, wheel_radius=0.1
+        rear_wheel="wheel",
+        front_steer="lift",
+        wheel_separation_h=0.5,
+        wheel_radius=0.1,
+        **COVARIANCES,
     ),
 }
 LIMITS = {"x": dict(has_velocity_limits=True, max_velocity=0.6, has_acceleration_limits=True,

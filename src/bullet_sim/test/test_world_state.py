@@ -10,11 +10,13 @@ from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import ground, nowhere, sdf_box, skid_base, world_of
+from fake_joints import COVARIANCES
 from test_effort_physics import URDF
 
 STEPS = 300
 DIFF = {
     "type": "diff_drive_controller/DiffDriveController",
+    **COVARIANCES,
     "left_wheel": ["fl", "rl"],
     "right_wheel": ["fr", "rr"],
     "wheel_separation": 0.6,

@@ -437,7 +437,10 @@ class Ackermann(Drive):
             separation=separation * multiplier,
             radii=(radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
             steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
-            **common(settings, (("velocity", (rear,)), ("position", (front,)))),
+            **{
+                **common(settings, (("position", (front,)), ("velocity", (rear,)))),
+                "joints": (rear, front),
+            },
         )
         if not config.separation > 0:
             raise ControllerError(
@@ -446,7 +449,7 @@ class Ackermann(Drive):
         return config
 
     def _outputs(self, linear: float, angle: float) -> tuple[float, float]:
-        return linear / self.config.radii[1], angle
+        return angle, linear / self.config.radii[1]
 
     def _travelled(
         self, turned: Sequence[float], positions: Sequence[float]

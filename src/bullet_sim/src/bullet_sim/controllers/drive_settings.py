@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Tuple
 
-from bullet_sim.controllers.settings import REQUIRED, ControllerConfig, Settings, as_number
+from bullet_sim.controllers.settings import REQUIRED, ControllerConfig, Settings
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose, Vec3
@@ -110,27 +110,14 @@ def _clamp(value: float, bounds: Sequence[float]) -> float:
 
 
 def parse_limiter(settings: Settings) -> SpeedLimiter:
-    """SpeedLimiter from a `linear/x` or `angular/z` block.
-
-    Raises:
-        ControllerError: a limit is switched on without its max, or min is above max.
-    """
+    """SpeedLimiter from a `linear/x` or `angular/z` block: a max that is not given is 0, any min is
+    taken as it is, as upstream does."""
     pairs = {}
     for quantity in ("velocity", "acceleration", "jerk"):
-        high = settings.number(f"max_{quantity}", math.nan)
+        high = settings.number(f"max_{quantity}", 0.0)
         low = settings.number(f"min_{quantity}", -high)
-        if not settings.flag(f"has_{quantity}_limits", False):
-            continue
-        if math.isnan(high):
-            raise ControllerError(
-                f"{settings.label} has has_{quantity}_limits without max_{quantity}"
-            )
-        if low > 0 or high < 0:
-            raise ControllerError(
-                f"{settings.label} has min_{quantity} {low} and max_{quantity} "
-                f"{high}; 0 must lie between them"
-            )
-        pairs[quantity] = (low, high)
+        if settings.flag(f"has_{quantity}_limits", False):
+            pairs[quantity] = (low, high)
     return SpeedLimiter(**pairs)
 
 
@@ -221,13 +208,14 @@ def common(
 
 
 def _diagonal(settings: Settings, key: str) -> tuple[float, ...]:
-    value = settings.get(key, [0.0] * 6)
-    numbers = [as_number(v) for v in value] if isinstance(value, list) else []
-    if len(numbers) != 6 or any(number is None or number < 0 for number in numbers):
+    """Six numbers, as upstream reads them: it needs the list and floats in it, others are 0."""
+    value = settings.get(key)
+    numbers = value[:6] if isinstance(value, list) else [None]
+    if not all(isinstance(number, float) and math.isfinite(number) for number in numbers):
         raise ControllerError(
-            f"{settings.label} has {key} {value!r}, must be six numbers, none below 0"
+            f"{settings.label} has {key} {value!r}, must be six numbers, all with a decimal point"
         )
-    return tuple(number for number in numbers if number is not None)
+    return (*numbers, *[0.0] * (6 - len(numbers)))
 
 
 def wheel_names(settings: Settings, key: str) -> tuple[str, ...]:

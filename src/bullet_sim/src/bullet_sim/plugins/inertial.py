@@ -215,7 +215,7 @@ class MagneticSpec(SensorSpec):
     rate: float = reading(_timer, 0.0)
     topic: str = topic_of("topicName", "magnetic")
     frame_id: str = reading(_frame, "base_link")
-    magnitude: float = number("magnitude", 0.44)
+    magnitude: float = number("magnitude", 1.0)
     heading: float | None = _of_place("referenceHeading", 0.0, math.radians)
     declination: float = number("declination", 0.0, math.radians)
     inclination: float = number("inclination", 60.0, math.radians)
