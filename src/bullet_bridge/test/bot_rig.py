@@ -1,5 +1,6 @@
 """One robot with its RobotControl, without a ROS master, its messages stored."""
 
+import math
 import threading
 
 from bullet_bridge.control import reconfigure
@@ -154,10 +155,11 @@ class Bot:
     def run(self, steps):
         """Steps as the server makes them."""
         for _ in range(steps):
-            due = self.control.next_due()
+            step = self.world.step_count
+            due = [each.next_due_subscribed(step) for _, each in self.control.schedules()]
             self.control.apply_commands()
             self.world.step()
-            if self.world.step_count >= due:
+            if self.world.step_count >= min(due, default=math.inf):
                 self.control.publish(self.world.step_count, self.world.time)
 
     def velocity(self, joint):

@@ -30,6 +30,11 @@ class Impl:
         assert len(data) == 4 + int.from_bytes(data[:4], "little")
         self._owner.publish(self._owner.kind().deserialize(data[4:]))
 
+    def write_block(self, block):
+        """As a ConnectionWrapper."""
+        for message in block:
+            self.write_data(message.tobytes())
+
 
 class Topic:
     """Stands in for publishers, subscribers and services."""

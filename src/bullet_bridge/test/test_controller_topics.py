@@ -149,7 +149,7 @@ def test_publish_state_publishes_the_pid_state_of_every_update(bot):
 def test_nothing_is_published_while_it_is_stopped(bot):
     bot.ask("load_controller", name="arm")
     bot.run(50)
-    assert bot.control.next_due() == math.inf and bot.endpoints["/bot/arm/state"].messages == []
+    assert not bot.control.schedules() and bot.endpoints["/bot/arm/state"].messages == []
 
 
 def test_a_pid_of_each_joint_can_be_tuned(bot):

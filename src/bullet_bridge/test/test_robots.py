@@ -1,7 +1,6 @@
 """Outputs and controls of models: when they are updated, spawns and deletions."""
 
 import logging
-import math
 from types import SimpleNamespace
 
 import pytest
@@ -19,7 +18,7 @@ class Spec(SimpleNamespace):
 class Part:
     """Stands in for a sensor: stores the times of its updates."""
 
-    always = False
+    always = watches = False
 
     def __init__(self, context):
         spec, world = context.spec, context.world
@@ -333,8 +332,8 @@ class Control:
 
     on_time_step = refresh
 
-    def next_due(self, check=True):
-        return math.inf
+    def schedules(self):
+        return []
 
     def close(self):
         self.closed_here = True

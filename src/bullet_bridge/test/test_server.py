@@ -36,7 +36,9 @@ class World:
         """Simulated time [s]."""
         return self.step_count * self.time_step
 
-    def step(self, count):
+    most_recorded = 0
+
+    def step(self, count, records=False):
         self.batches.append(count)
         self.step_count += count
         self.wall.time += count * self.cost
@@ -89,6 +91,9 @@ class Robots:
 
     def next_due(self):
         return self.schedule.next if self.schedule else math.inf
+
+    def next_watched(self):
+        return math.inf, math.inf
 
     def publish(self, step, _time):
         if self.schedule and self.schedule.due(step):
@@ -422,6 +427,8 @@ def test_a_restart_is_as_after_a_new_start():
 
 class Reporter:
     """Due at every 7th step."""
+
+    watches = False
 
     def __init__(self):
         self.schedule, self.seen, self.restarts = Schedule(1000 / 7, 0.001), [], 0

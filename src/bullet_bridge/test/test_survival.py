@@ -75,7 +75,7 @@ def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
     assert (len(topics["/lost/lost"].messages), len(topics["/well/well"].messages)) == (0, 1)
     assert len(topics.logged) == 1 and topics.logged[0][0] == 5.0
     assert all(part in topics.logged[0][1] for part in ("'lost'", "/lost/lost", "nan"))
-    assert made.next_due() == 20
+    assert made.next_watched() == (20, 10.0)
     world.model("lost").set_state(Pose((9.0, 0.0, 0.0)))
     made.publish(20, 0.02)
     assert (len(topics["/lost/lost"].messages), len(topics["/well/well"].messages)) == (1, 2)
@@ -97,9 +97,10 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
 
         on_time_step = refresh
 
-        def next_due(self, check=True):
+        def schedules(self):
             """Every 10 steps."""
-            return 10 * (1 + (published[-1] // 10 if published else 0))
+            due = 10 * (1 + (published[-1] // 10 if published else 0))
+            return [(False, SimpleNamespace(next_due_subscribed=lambda *_: due))]
 
         def publish(self, step, _time):
             if self.name == "a":

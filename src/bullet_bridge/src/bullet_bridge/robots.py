@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import logging
 import threading
 import time as wall
@@ -68,7 +69,10 @@ class Robots(Loop):
         self._failed: set[ModelPlugin] = set()  # plugins that raised an exception
         # Messages about plugins that a model does without, by its name.
         self._skipped: dict[str, list[str]] = {}
-        self._next, self._next_check = 0, 0.0
+        self._next, self._next_watched, self._next_check = 0, 0, 0.0
+        self._watched_period: float = 1.0
+        # Parts that watch and do not share a topic, whose messages could change places.
+        self._batching: list[ModelPlugin] = []
 
     def on_time_step(self) -> None:
         """Continue after a change of the physics step (simulation thread)."""
@@ -235,6 +239,14 @@ class Robots(Loop):
             for plugin in of_model
             if plugin not in self._failed
         )
+        topics = collections.Counter(
+            topic for part in self.parts if part.watches for topic in part.topics_sent()
+        )
+        self._batching = [
+            part
+            for part in self.parts
+            if part.watches and all(topics[topic] == 1 for topic in part.topics_sent())
+        ]
         self._update_next(check=True)
 
     def _update_next(self, check: bool = False) -> None:
@@ -243,15 +255,42 @@ class Robots(Loop):
         if check:
             self._next_check = now + CHECK_GAP
         latest = step + max(1, round(CHECK_PERIOD / self._world.time_step))
-        self._next = min(latest, self.first_due(check))
+        due, self._next_watched, self._watched_period = self.next_steps(check)
+        self._next = min(latest, due)
 
     def next_due(self) -> int:
-        """Physics step after which publish() has to be called at the latest."""
+        """Physics step after which publish() has to be called at the latest, but for what
+        watches."""
         return self._next
+
+    def next_watched(self) -> tuple[int, float]:
+        """Physics step after which what watches has to be published, or infinity; the shortest
+        period of it [steps]."""
+        return self._next_watched, self._watched_period
+
+    def publish_recorded(self, end: int) -> None:
+        """See loop.server.Reporter."""
+        for part in self._batching:
+            if part.schedule.next >= end or not part.schedule.subscribed:
+                continue
+            recorded = part.recorded()
+            if recorded is None:
+                continue
+            steps = part.schedule.due_before(end)
+            self._counts[part] = self._counts.get(part, 0) + len(steps)
+            self.run(part, part.update_recorded, recorded, steps)
+            part.updated = steps[-1] * self._world.time_step
+        self._next_watched = self.next_steps(check=False)[1]
+
+    def publish_watched(self, step: int, time: float) -> None:
+        """Update and publish what watches and is due at a step that the world shows."""
+        if step >= self._next_watched:
+            self.publish_due(step, time)
+            self._next_watched = self.next_steps(check=False)[1]
 
     def publish(self, step: int, time: float) -> None:
         """Update and publish what is due at this step and has subscribers."""
-        if step < self._next:
+        if step < min(self._next, self._next_watched):
             return
         self.publish_due(step, time)
         self._cameras.flush(self._world, self.waits_for_renderer)

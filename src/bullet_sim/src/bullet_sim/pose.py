@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -21,6 +21,7 @@ Vec3 = Tuple[float, float, float]
 Quat = Tuple[float, float, float, float]
 PoseTuple = Tuple[Vec3, Vec3]  # xyz [m], rpy [rad]
 Motion = Tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
+UNTURNED: Quat = (0.0, 0.0, 0.0, 1.0)
 
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 ZERO_POSE: PoseTuple = (ZERO, ZERO)
@@ -205,7 +206,11 @@ def rows_from_quaternion(quaternion: Vector) -> tuple[Vec3, Vec3, Vec3]:
             f"orientation {tuple(quaternion)} is no rotation: "
             "a quaternion (x, y, z, w) of length 1 is expected"
         )
-    s = 2.0 / square
+    return turned_axes(x, y, z, w, 2.0 / square)
+
+
+def turned_axes(x: Any, y: Any, z: Any, w: Any, s: Any) -> tuple[Any, Any, Any]:
+    """Rows of the matrix of a quaternion; s: 2 over the square of its length. Also of arrays."""
     return (
         (1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)),
         (s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)),

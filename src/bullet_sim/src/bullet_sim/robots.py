@@ -61,7 +61,7 @@ class Robot:
         self._topics: dict[str, Any] = {}
         # Those of running controllers that publish, and their schedules.
         self._publishing: dict[str, Any] = {}
-        self._schedules: list[SubscribedSchedule] = []
+        self._schedules: list[tuple[bool, SubscribedSchedule]] = []
 
     def add(self, name: str) -> Topics:
         """Make the topics of a loaded controller."""
@@ -103,16 +103,15 @@ class Robot:
         for name, topics in self._publishing.items():
             if name not in before:
                 topics.restart(self.world.step_count)
-        self._schedules = [s for topics in self._publishing.values() for s in topics.schedules]
+        self._schedules = [
+            (topics.watches, schedule)
+            for topics in self._publishing.values()
+            for schedule in topics.schedules
+        ]
 
-    def next_due(self, check: bool = True) -> int:
-        """First physics step after which a message is due, or infinity.
-
-        Args:
-            check: check for subscribers; False: as at the last check.
-        """
-        step = self.world.step_count
-        return min([s.next_due_subscribed(step, check) for s in self._schedules], default=NEVER)
+    def schedules(self) -> list[tuple[bool, SubscribedSchedule]]:
+        """Those of its messages, and whether making these only reads the state after a step."""
+        return self._schedules
 
     def publish(self, step: int, time: float) -> None:
         """Send what is due."""
@@ -139,11 +138,14 @@ class Topics:
         robot: of which the controller is one.
 
     Attributes:
+        watches: see Part.watches; of its periodic messages.
         controller, config: the controller and its configuration.
         schedules: of what it publishes periodically.
         waiting: those of them that after simulated time went back are silent until their time of
             before has passed again, as upstream.
     """
+
+    watches: ClassVar[bool] = False
 
     def __init__(self, robot: Any, controller: Any) -> None:
         self._robot, self.controller, self.config = robot, controller, controller.config
@@ -214,6 +216,8 @@ topics_for(TrajectoryControl, joint.SensorController)(Topics)  # the bridge alon
 @topics_for(joint.JointState)
 class JointStates(Topics):
     """sensor_msgs/JointState of a joint state controller."""
+
+    watches = True
 
     def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
@@ -341,10 +345,22 @@ class Loop:
         Args:
             check: check for subscribers; False: as at the last check.
         """
+        acting, watched, _ = self.next_steps(check)
+        return min(acting, watched)
+
+    def next_steps(self, check: bool) -> tuple[int, int, float]:
+        """As first_due(), of what acts or reads more than the state after a step, and of what
+        watches alone; the shortest period of the latter [steps]."""
         step = self._world.step_count
-        due = [part.schedule.next_due_subscribed(step, check) for part in self.parts]
-        due += [control.next_due(check) for control in self.controls]
-        return min(due, default=NEVER)
+        schedules = [(part.watches, part.schedule) for part in self.parts]
+        for control in self.controls:
+            schedules += control.schedules()
+        due, period = [NEVER, NEVER], NEVER
+        for watches, schedule in schedules:
+            due[watches] = min(due[watches], schedule.next_due_subscribed(step, check))
+            if watches and schedule.subscribed:
+                period = min(period, schedule.period)
+        return due[0], due[1], period
 
     def publish_due(self, step: int, time: float) -> None:
         """Update and send what is due at this step."""
@@ -356,13 +372,17 @@ class Loop:
         for part in self.parts:
             if part.schedule.due(step):
                 self.updates(part, step)
-                try:
-                    part.update(time, time - part.updated)
-                except (ValueError, ArithmeticError) as error:
-                    self.cannot_publish(part, error)
-                except Exception as error:
-                    self.fail(part, error)
+                self.run(part, part.update, time, time - part.updated)
                 part.updated = time
+
+    def run(self, part: Any, update: Callable[..., None], *arguments: Any) -> None:
+        """Update a part, which may fail."""
+        try:
+            update(*arguments)
+        except (ValueError, ArithmeticError) as error:
+            self.cannot_publish(part, error)
+        except Exception as error:
+            self.fail(part, error)
 
     def updates(self, part: Any, step: int) -> None:
         """A part is updated at a step."""

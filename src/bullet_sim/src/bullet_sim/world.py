@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -179,6 +179,7 @@ class World:
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
         self.stepper: Callable[..., Array | None] | None = None
+        self._recorded = 0, 0  # first and last step
         self._reported: set[str] = set()  # models that are in an implausible state
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
@@ -363,11 +364,62 @@ class World:
         first, second = one.link_in_body(link)[0], two.link_in_body(other_link)[0]
         self.engine.attach(key, (one.body.number, first), (two.body.number, second))
 
-    def step(self, count: int = 1) -> None:
+    @property
+    def most_recorded(self) -> int:
+        """Steps that can be recorded at most; 0: none."""
+        records = self.engine.records
+        return 0 if records is None or self.stepper else records.most
+
+    def step(self, count: int = 1, records: bool = False) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act.
 
         The engine makes as many in one call as there are until something has to be updated.
+
+        Args:
+            records: record the states of these steps for show(), at most `most_recorded`.
         """
+        recorder = self.engine.records if records else None
+        if recorder is None:
+            self._step(count)
+            return
+        recorder.begin()
+        first = self.step_count + 1
+        try:
+            self._step(count)
+        finally:
+            recorder.end(self.step_count - first + 1)
+            self._recorded = first, self.step_count
+
+    def times(self, steps: Sequence[int]) -> list[float]:
+        """Times [s] after steps."""
+        step = self.time_step
+        return [count * step for count in steps]
+
+    def recorded(self, steps: Sequence[int]) -> slice | list[int]:
+        """Indices of recorded steps, in their order, among all that are recorded."""
+        first, last = steps[0] - self._recorded[0], steps[-1] - self._recorded[0]
+        if last - first + 1 == len(steps):
+            return slice(first, last + 1)
+        return [step - self._recorded[0] for step in steps]
+
+    def show(self, step: int) -> None:
+        """Be as after a recorded step of the last step(), until show_end(): the time, poses,
+        velocities, joints. What reads these alone then reads what it would have read.
+
+        Args:
+            step: its step_count.
+        """
+        assert self.engine.records is not None
+        self.engine.records.show(step - self._recorded[0])
+        self.step_count = step
+
+    def show_end(self) -> None:
+        """Be as after the last step."""
+        assert self.engine.records is not None
+        self.engine.records.show_end()
+        self.step_count = self._recorded[1]
+
+    def _step(self, count: int) -> None:
         controlled = [
             (model, model.manager)
             for model in self.models.values()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import rospy
 from bullet_sim.errors import WorldError
+from bullet_sim.parts.schedule import NEVER
 from paddock_common.process import raise_priority
 
 from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
@@ -25,7 +26,17 @@ if TYPE_CHECKING:
 
 
 class Reporter(Protocol):
-    """Publishes in every batch of steps."""
+    """Publishes in every batch of steps.
+
+    Attributes:
+        watches: what it publishes is of the state after a step alone, see parts.base.Part.
+        period: of what watches [steps].
+    """
+
+    watches: bool
+
+    @property
+    def period(self) -> float: ...
 
     def next_due(self) -> int:
         """Physics step after which publish() has to be called at the latest."""
@@ -33,14 +44,33 @@ class Reporter(Protocol):
     def publish(self, step: int, time: float) -> None:
         """Publish what is due after a batch that ended at a step, simulated time [s]."""
 
+    def publish_recorded(self, end: int) -> None:
+        """Publish what watches, can be made of several recorded steps at once and is due before a
+        step."""
+
     def restart(self) -> None:
         """Restart the schedule, after a reset or a change of the physics step."""
 
 
-class ModelOutputs(Reporter, Protocol):
+class ModelOutputs(Protocol):
     """What the loop uses of bullet_bridge.robots.Robots."""
 
     waits_for_renderer: bool
+
+    def next_due(self) -> int:
+        """As of a Reporter, but for what watches."""
+
+    def next_watched(self) -> tuple[int, float]:
+        """As next_due(), of what watches, and the shortest period of it [steps]."""
+
+    def publish(self, step: int, time: float) -> None:
+        """As of a Reporter."""
+
+    def publish_watched(self, step: int, time: float) -> None:
+        """Publish what watches and is due at a step that the world shows."""
+
+    def publish_recorded(self, end: int) -> None:
+        """As of a Reporter."""
 
     def restart(self, fresh: bool = True) -> None:
         """Restart the schedule; fresh: commands and plugins, too, as after a new start."""
@@ -277,24 +307,64 @@ class Server:
         if not (throttle and self._throttle.waits):
             due = min(due, self._clock.next)
         for reporter in self._reporters:
-            due = min(due, reporter.next_due())
-        world.step(max(1, min(limit, due - world.step_count)))
-        if self._relay is None:
-            self._publish(throttle)
-            return
-        self._relay.begin_batch()
+            if not reporter.watches:
+                due = min(due, reporter.next_due())
+        first, period = self._next_watched()
+        first = max(first, world.step_count + 1)
+        end = max(world.step_count + 1, min(world.step_count + limit, due))
+        if records := first + period <= end and world.most_recorded > 1:
+            end = min(end, world.step_count + world.most_recorded)
+        else:
+            end = min(end, first)
+        world.step(end - world.step_count, records)
+        if self._relay is not None:
+            self._relay.begin_batch()
         try:
-            self._publish(throttle)
+            if records:
+                self._publish_watched(throttle)
+            self._publish_clock(throttle)
+            step, time = world.step_count, world.time
+            robots.publish(step, time)
+            for reporter in self._reporters:
+                reporter.publish(step, time)
         finally:
-            self._relay.end_batch()
+            if self._relay is not None:
+                self._relay.end_batch()
 
-    def _publish(self, throttle: bool) -> None:
-        step, time = self._world.step_count, self._world.time
-        if self._clock.publish_due(step, time, thinned=throttle) and throttle:
-            self._throttle.skip(step)
-        self._robots.publish(step, time)
+    def _next_watched(self) -> tuple[int, float]:
+        """Physics step after which something that watches is due, or infinity; the shortest period
+        of that [steps]."""
+        due, period = self._robots.next_watched()
         for reporter in self._reporters:
-            reporter.publish(step, time)
+            if reporter.watches and (step := reporter.next_due()) < NEVER:
+                due, period = min(due, step), min(period, reporter.period)
+        return due, period
+
+    def _publish_watched(self, throttle: bool) -> None:
+        """Publish what watches and was due before the last of the steps that were made."""
+        world, end = self._world, self._world.step_count
+        watching = [reporter for reporter in self._reporters if reporter.watches]
+        self._robots.publish_recorded(end)
+        for reporter in watching:
+            reporter.publish_recorded(end)
+        step, _ = self._next_watched()
+        if step >= end:
+            return
+        try:
+            while step < end:
+                world.show(step)
+                self._publish_clock(throttle)
+                self._robots.publish_watched(step, world.time)
+                for reporter in watching:
+                    reporter.publish(step, world.time)
+                step = max(step + 1, self._next_watched()[0])
+        finally:
+            world.show_end()
+
+    def _publish_clock(self, throttle: bool) -> None:
+        step = self._world.step_count
+        if self._clock.publish_due(step, self._world.time, thinned=throttle) and throttle:
+            self._throttle.skip(step)
 
     # steps on request -------------------------------------------------------------------------
     def begin_steps(self, count: int) -> Steps:

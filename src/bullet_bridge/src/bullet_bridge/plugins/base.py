@@ -103,6 +103,10 @@ class RosPart:
         self._endpoints.append(endpoint)
         return endpoint
 
+    def topics_sent(self) -> set[str]:
+        """Resolved names of the topics that it publishes on."""
+        return {publisher.name for publisher in self._publishers}
+
     def topics_received(self) -> set[str]:
         """Resolved names of the topics that it subscribes to."""
         return {endpoint.topic for endpoint in self._endpoints if isinstance(endpoint, Counted)}

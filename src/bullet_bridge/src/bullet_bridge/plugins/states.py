@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable, Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bullet_sim.models.model import Model
 from bullet_sim.parts.schedule import NEVER, SubscribedSchedule
@@ -61,12 +61,31 @@ class StateTopic:
         self._sender = PackedStates(self.publisher, [])
 
     def publish(self, world: World) -> None:
+        models = self._present(world)
+        self._sender.send([motion for model in models for motion in self._motions(model)])
+
+    def _present(self, world: World) -> list[Model]:
+        """The world's models, whose names are in the messages."""
         models = list(world.models.values())
         if models != self._models:
             self._models = models
             names = [name for model in models for name in self._names(model)]
             self._sender = PackedStates(self.publisher, names)
-        self._sender.send([motion for model in models for motion in self._motions(model)])
+        return models
+
+    def publish_recorded(self, world: World, motions: Sequence[Any], steps: Sequence[int]) -> None:
+        """Publish after recorded steps.
+
+        Args:
+            motions: of each model, of it and of its bodies, see Model.recorded_motions().
+        """
+        self._present(world)
+        chosen = slice(0, 1) if self._names is model_names else slice(1, None)
+        self._sender.send_states(
+            [motion for of_model in motions for motion in of_model[chosen]],
+            len(steps),
+            world.recorded(steps),
+        )
 
 
 class StateTopics:
@@ -77,6 +96,8 @@ class StateTopics:
         rate: [Hz] of simulated time, limited to one message per step; 0: one per step.
     """
 
+    watches = True
+
     def __init__(self, prefix: str, world: World, rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
@@ -84,6 +105,11 @@ class StateTopics:
             StateTopic(f"{prefix}/link_states", LinkStates, link_names, Model.body_motions),
         ]
         self.restart()
+
+    @property
+    def period(self) -> float:
+        """Of the schedule [steps]."""
+        return self._schedule.period
 
     def restart(self) -> None:
         """Restart the schedule, after a reset or a change of the physics step."""
@@ -99,6 +125,18 @@ class StateTopics:
     def next_due(self) -> int:
         """Physics step after which a message is due; infinity without subscribers."""
         return self._schedule.next_due_subscribed(self._world.step_count)
+
+    def publish_recorded(self, end: int) -> None:
+        """See loop.server.Reporter."""
+        topics = self._subscribed()
+        if not topics or self._schedule.next >= end:
+            return
+        motions = [model.recorded_motions() for model in self._world.models.values()]
+        if None in motions:
+            return
+        steps = self._schedule.due_before(end)
+        for topic in topics:
+            topic.publish_recorded(self._world, motions, steps)
 
     def publish(self, step: int, _time: float) -> None:
         """Publish what is due and has subscribers."""
@@ -116,6 +154,8 @@ class PerformanceTopic:
         clock: function -> wall time [s].
         cameras: function -> names of the cameras among them; the fps of others is -1, as upstream.
     """
+
+    watches, period = False, NEVER
 
     def __init__(
         self,
@@ -136,6 +176,9 @@ class PerformanceTopic:
     def next_due(self) -> int:
         """Infinity: it never ends a batch of steps."""
         return NEVER
+
+    def publish_recorded(self, end: int) -> None:
+        """Nothing."""
 
     def publish(self, _step: int, time: float) -> None:
         """Publish after METRICS_PERIOD of wall time if there are subscribers."""

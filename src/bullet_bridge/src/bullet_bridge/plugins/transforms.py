@@ -59,6 +59,7 @@ class JointTransformsSensor(Sensor):
 
     message = TFMessage
     reports = False  # others publish on /tf, too
+    watches = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -96,6 +97,7 @@ class RootTransformSensor(Sensor):
 
     message = TFMessage
     reports = False
+    watches = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

@@ -18,6 +18,7 @@ from typing import Any
 
 import rosgraph
 import rospy
+from bullet_sim.pose import Array
 from rospy.exceptions import TransportTerminated
 from rospy.impl.registration import get_topic_manager
 
@@ -49,6 +50,11 @@ class ConnectionWrapper:
             raise TransportTerminated("connection closed")
         self._write(data)
         return True
+
+    def write_block(self, block: Array) -> None:
+        """Send messages (k, n) of bytes, as write_data each."""
+        for message in block:
+            self.write_data(message.tobytes())
 
 
 def prepare_socket(sock: socket.socket) -> None:

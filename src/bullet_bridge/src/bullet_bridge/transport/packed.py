@@ -14,6 +14,7 @@ import struct
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import rospy
 from bullet_sim.pose import Array, Motion
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from bullet_sim.plugins.lidars import RaySpec
 
 _LENGTH = struct.Struct("<I")
-_CLOCK = struct.Struct("<III")  # length, seconds, nanoseconds
 _HEADER = struct.Struct("<III")  # seq, stamp: seconds, nanoseconds
 
 
@@ -38,6 +38,59 @@ def to_sec_nsec(time: float) -> tuple[int, int]:
     return (seconds, nanoseconds) if nanoseconds < 1000000000 else (seconds + 1, 0)
 
 
+def to_secs_nsecs(times: Sequence[float]) -> Array:
+    """As to_sec_nsec of each of k times: (k, 2) uint32."""
+    given, stamps = np.array(times), np.empty((len(times), 2), "<u4")
+    whole = np.floor(given)
+    nanoseconds = np.rint((given - whole) * 1e9)
+    over = nanoseconds >= 1e9
+    stamps[:, 0], stamps[:, 1] = whole + over, np.where(over, 0.0, nanoseconds)
+    return stamps
+
+
+class Block:
+    """Packs several messages at once, of which only numbers differ.
+
+    Args:
+        parts: of a message: bytes, or how many float64 there are.
+        has_header: a seq and a stamp are before them.
+    """
+
+    def __init__(self, *parts: bytes | int, has_header: bool = True) -> None:
+        data, self._places = [bytes(_HEADER.size * has_header)], []
+        for part in parts:
+            if isinstance(part, int):
+                begin = _LENGTH.size + sum(map(len, data))
+                self._places.append((begin, part))
+                part = bytes(8 * part)
+            data.append(part)
+        message = b"".join(data)
+        self._template = np.frombuffer(_LENGTH.pack(len(message)) + message, np.uint8)
+        self._has_header = has_header
+
+    def pack(self, seq: int, times: Sequence[float], numbers: Array) -> Array:
+        """Messages with their lengths (k, n) uint8.
+
+        Args:
+            seq: of the first one's header.
+            times: (k,) [s].
+            numbers: (k, m) of the parts.
+        """
+        count = len(numbers)
+        block = np.repeat(self._template[None], count, axis=0)
+        if self._has_header:
+            header = np.empty((count, 3), "<u4")
+            header[:, 0] = np.arange(seq, seq + count) & 0xFFFFFFFF
+            header[:, 1:] = to_secs_nsecs(times)
+            block[:, _LENGTH.size : _LENGTH.size + _HEADER.size] = header.view(np.uint8)
+        first = 0
+        for begin, size in self._places:
+            part = np.ascontiguousarray(numbers[:, first : first + size], "<f8")
+            block[:, begin : begin + 8 * size] = part.view(np.uint8).reshape(count, 8 * size)
+            first += size
+        return block
+
+
 class Packed:
     """Stands in for a message in rospy's publish(): `serialize` writes the packed bytes.
 
@@ -50,6 +103,7 @@ class Packed:
     def __init__(self, publisher: rospy.Publisher) -> None:
         self._publisher, self._impl = publisher, publisher.impl
         self._parts: tuple[bytes | memoryview, ...] = ()
+        self._block: Block | None = None
 
     def has_subscribers(self) -> bool:
         """Whether the topic has some."""
@@ -66,7 +120,7 @@ class Packed:
         Returns:
             The topic's seq; 0 if nothing was sent from here.
         """
-        impl, failed = self._impl, []
+        impl = self._impl
         impl.acquire()
         try:
             if impl.closed or impl.is_latch:  # raises, or stores the latched message
@@ -77,12 +131,7 @@ class Packed:
                 return 0
             impl.seq += 1
             data = b"".join((_LENGTH.pack(sum(map(len, parts))), *parts))
-            for connection in impl.connections:
-                try:
-                    connection.write_data(data)
-                except Exception as error:  # as rospy: the other connections get the message
-                    rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
-                    failed.append(connection)
+            failed = self._write("write_data", data)
             impl.message_data_sent += len(data)
             seq: int = impl.seq
         finally:
@@ -90,6 +139,44 @@ class Packed:
         for connection in failed:
             connection.close()
         return seq
+
+    def _write(self, method: str, data: Any) -> list[Any]:
+        """Call a method of each connection; those that fail."""
+        failed = []
+        for connection in self._impl.connections:
+            try:
+                getattr(connection, method)(data)
+            except Exception as error:  # as rospy: the other connections get the message
+                rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
+                failed.append(connection)
+        return failed
+
+    def _make_block(self) -> Block:
+        """The Block of its messages."""
+        raise NotImplementedError
+
+    def send_all(self, times: Sequence[float], *values: Any) -> None:
+        """Publish for each of k simulated times [s]; values: sequences of arrays (k,)."""
+        columns = [column for each in values for column in each]
+        self._send_block(times, np.stack(columns, axis=1))
+
+    def _send_block(self, times: Sequence[float], numbers: Array) -> None:
+        """Do what publish() of rospy's topic does, with several messages; numbers: see Block."""
+        if self._block is None:
+            self._block = self._make_block()
+        impl = self._impl
+        impl.acquire()
+        try:
+            if impl.closed or not impl.connections:
+                return
+            block = self._block.pack(impl.seq + 1, times, numbers)
+            impl.seq += len(block)
+            failed = self._write("write_block", block)
+            impl.message_data_sent += block.size
+        finally:
+            impl.release()
+        for connection in failed:
+            connection.close()
 
     def _header(self, time: float) -> bytes:
         """seq and stamp; rospy increments seq just before it serialises a message."""
@@ -163,6 +250,9 @@ class PackedOdometry(Packed):
             _pack_diagonal, (pose_variances, twist_variances)
         )
 
+    def _make_block(self) -> Block:
+        return Block(self._frames, 7, self._pose_covariance, 6, self._twist_covariance)
+
     def send(
         self,
         time: float,
@@ -214,6 +304,11 @@ class PackedImu(Packed):
     ) -> None:
         """Set the diagonals (3,) of the covariances [rad^2, rad^2/s^2, m^2/s^4]."""
         self._covariances = [_pack_diagonal(values) for values in (orientation, rate, force)]
+        self._block = None
+
+    def _make_block(self) -> Block:
+        first, second, third = self._covariances
+        return Block(self._frame, 4, first, 3, second, 3, third)
 
     def send(
         self,
@@ -243,6 +338,28 @@ class PackedStates(Packed):
         self._count, count = len(names), struct.pack("<I", len(names))
         self._names = count + b"".join(map(pack_string, names))
         self._numbers = struct.Struct(f"<I{7 * len(names)}dI{6 * len(names)}d")
+
+    def _make_block(self) -> Block:
+        count = _LENGTH.pack(self._count)
+        parts = self._names, count, 7 * self._count, count, 6 * self._count
+        return Block(*parts, has_header=False)
+
+    def send_states(self, motions: Sequence[Any], count: int, chosen: slice | list[int]) -> None:
+        """Publish several times.
+
+        Args:
+            motions: of each name as send() takes it, of arrays with one more dimension.
+            count: of messages; chosen: their indices in that dimension.
+        """
+        numbers = np.empty((count, 13 * len(motions)))
+        poses = numbers[:, : 7 * len(motions)].reshape(count, -1, 7)
+        twists = numbers[:, 7 * len(motions) :].reshape(count, -1, 6)
+        for row, (position, orientation, linear, angular) in enumerate(motions):
+            poses[:, row, :3] = position[:, chosen].T
+            poses[:, row, 3:] = orientation[:, chosen].T
+            twists[:, row, :3] = linear[:, chosen].T
+            twists[:, row, 3:] = angular[:, chosen].T
+        self._send_block([], numbers)
 
     def send(self, motions: Iterable[Motion]) -> None:
         """Publish (position [m], orientation, linear [m/s], angular [rad/s]) of each name."""
@@ -398,7 +515,8 @@ class PackedClock(Packed):
         if earlier:
             connections = self._impl.connections  # replaced, not changed, by other threads
             if connections:
-                data = b"".join(_CLOCK.pack(8, *to_sec_nsec(time)) for time in earlier)
+                lengths = np.full((len(earlier), 1), 8, "<u4")
+                data = np.hstack((lengths, to_secs_nsecs(earlier))).tobytes()
                 for connection in connections:
                     try:
                         connection.write_data(data)

@@ -20,8 +20,11 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
 import rospy
 from bullet_sim.child import Child
+from bullet_sim.pose import Array
+from rospy.exceptions import TransportTerminated
 
 from bullet_bridge.transport.connections import (
     ConnectionWrapper,
@@ -138,11 +141,25 @@ class RelayedConnection(ConnectionWrapper):
 
     def _write(self, data: bytes) -> None:
         size = len(data)
-        if size != self._size:
-            self._size, self._head = size, HEAD.pack(MESSAGE, self._number, size)
-        self._relay.put(self._head + data)
+        self._relay.put(self._head_of(size) + data)
         self.stat_bytes += size
         self.stat_num_msg += 1
+
+    def write_block(self, block: Array) -> None:
+        """As of a ConnectionWrapper, in one piece."""
+        if self._connection.done:
+            raise TransportTerminated("connection closed")
+        count, size = block.shape
+        head = np.frombuffer(self._head_of(size), np.uint8)
+        self._relay.put(np.hstack((np.broadcast_to(head, (count, len(head))), block)).tobytes())
+        self.stat_bytes += block.size
+        self.stat_num_msg += count
+
+    def _head_of(self, size: int) -> bytes:
+        """What is before a message of a size [bytes] in a record."""
+        if size != self._size:
+            self._size, self._head = size, HEAD.pack(MESSAGE, self._number, size)
+        return self._head
 
 
 class Relay:

@@ -215,6 +215,10 @@ class Body(Protocol):
             position [m], quaternion, linear [m/s] of the frame's origin, angular [rad/s].
         """
 
+    def recorded_motion(self, link: str, offset: tuple[Vec3, Quat] | None = None) -> Any:
+        """As link_motion(), after each of k recorded steps: four sequences of arrays (k,), which
+        functions of plain numbers take; None: there is none, or a number is not finite."""
+
     def link_center(self, link: str) -> Vec3:
         """Center of mass [m] of a link."""
 
@@ -270,6 +274,33 @@ class Body(Protocol):
         """Pairs of links in contact."""
 
 
+class Records(Protocol):
+    """States after each of several steps: what reads them alone need not end a batch of steps.
+
+    Attributes:
+        most: steps that are recorded at most.
+    """
+
+    @property
+    def most(self) -> int: ...
+
+    def begin(self) -> None:
+        """Record the states after the next steps."""
+
+    def end(self, count: int) -> None:
+        """Record no more: a number of steps were made."""
+
+    def show(self, number: int) -> None:
+        """Let bodies and joints be as they were after a recorded step, until show_end().
+
+        Args:
+            number: of the step, from 0.
+        """
+
+    def show_end(self) -> None:
+        """Let bodies and joints be as they are."""
+
+
 class Engine(Protocol):
     """A world of bodies.
 
@@ -282,6 +313,7 @@ class Engine(Protocol):
         layout: number that tells what was added, removed or filtered since clear().
         placements: how often bodies were put somewhere; what is static stays in between.
         unlocked: let other threads of Python run during steps: where each has a world of its own.
+        records: None: it has none.
     """
 
     time_step: float
@@ -289,6 +321,9 @@ class Engine(Protocol):
     layout: int
     placements: int
     unlocked: bool
+
+    @property
+    def records(self) -> Records | None: ...
 
     @property
     def bodies(self) -> Mapping[int, Body]: ...

@@ -263,6 +263,9 @@ class ActorBody:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, _REST, _REST
 
+    def recorded_motion(self, link: str, offset: tuple[Vec3, Quat] | None = None) -> None:
+        """See api.Body: there is none."""
+
     def link_center(self, link: str) -> Vec3:
         return self.link_motion(link)[0]
 

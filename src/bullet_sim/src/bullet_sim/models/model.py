@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import Tuple
+from typing import Any, Tuple
 
 import numpy as np
 
@@ -370,6 +370,13 @@ class Model:
             return self.body.link_motion(part)
         return self.body.link_motion(part, (offset.position, offset.orientation))
 
+    def recorded_motion(self, link: str) -> Any:
+        """As link_motion() after each recorded step, see api.Body."""
+        part, offset = self._told_in_body(link)
+        if offset == _SAME:
+            return self.body.recorded_motion(part)
+        return self.body.recorded_motion(part, (offset.position, offset.orientation))
+
     def body_motions(self) -> list[Motion]:
         """As link_motion, of each of the bodies; those of a static model do not move."""
         if self.is_static:
@@ -388,6 +395,18 @@ class Model:
         _, _, linear, angular = self.link_motion(self.description.root)
         pose = self._told_pose()
         return pose.position, pose.orientation, linear, angular
+
+    def recorded_motions(self) -> list[Any] | None:
+        """As motion() and body_motions(), after each recorded step; None: there are none."""
+        links = [self.root, self.description.root, *self.bodies]
+        found = [] if self._told else list(map(self.recorded_motion, links))
+        if not found or any(motion is None for motion in found):
+            return None
+        frame, root, *bodies = found
+        if self.is_static:
+            rest = np.zeros_like(frame[0])
+            return [(*motion[:2], rest, rest) for motion in (frame, *bodies)]
+        return [(*frame[:2], *root[2:]), *bodies]
 
     def set_state(
         self, pose: Pose, linear: Vector = (0, 0, 0), angular: Vector = (0, 0, 0)

@@ -6,7 +6,7 @@ import logging
 import sys
 import time as wall
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Hashable, TypeVar
 
@@ -84,6 +84,8 @@ class Part(Component):
         reports: it publishes periodically, so that its rate can be measured.
         takes_images: it is a camera.
         needs_ros: it cannot do without what ROS has beside topics.
+        watches: update() reads no more than time, poses, velocities and joints after a step, and
+            changes nothing that steps depend on: it may be called after later ones, see World.show.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
@@ -95,6 +97,7 @@ class Part(Component):
     reports: ClassVar[bool] = False
     takes_images: ClassVar[bool] = False
     needs_ros: ClassVar[bool] = False
+    watches: ClassVar[bool] = False
     resets: ClassVar[bool] = True
     waits_for_time: ClassVar[bool] = False
 
@@ -260,6 +263,25 @@ class Part(Component):
         """Whether the update of a step publishes; others count as no message."""
         return True
 
+    def recorded(self) -> Any:
+        """What update_recorded() takes, of all recorded steps; None: it cannot be called now."""
+        return None
+
+    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> None:
+        """As update() after each of some recorded steps."""
+
+    def recorded_motion(self, motion: Any, steps: Sequence[int]) -> Any:
+        """As sensor_motion() after recorded steps, of Model.recorded_motion() of its link."""
+        chosen = self.world.recorded(steps)
+        origin, rotation, linear, angular = motion = [
+            [values[chosen] for values in part] for part in motion
+        ]
+        if self._offset is None:
+            return motion
+        offset = self._offset.position, self._offset.orientation
+        position, orientation = compose(origin, rotation, *offset)
+        return position, orientation, velocity_at(position, origin, linear, angular), angular
+
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""
         return self.sensor_state()[0]
@@ -310,6 +332,14 @@ class Sensor(Part):
         values = self.measure(time)
         if values is not None:
             self._sender.send(time, *values)
+
+    def measure_recorded(self, recorded: Any, steps: Sequence[int]) -> Any:
+        """As measure() after each of k recorded steps: sequences of arrays (k,)."""
+        raise NotImplementedError
+
+    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> None:
+        values = self.measure_recorded(recorded, steps)
+        self._sender.send_all(self.world.times(steps), *values)
 
     def go_back(self, time: float) -> None:
         """As of a Part; one that measures in every step does not wait."""

@@ -37,6 +37,9 @@ class Sender(Protocol):
     def send(self, time: float, *values: Any, **options: Any) -> Any:
         """Send what the Output's fields() takes, for a simulated time [s]."""
 
+    def send_all(self, times: Sequence[float], *values: Any) -> None:
+        """As send() for each of k times; values: arrays (k,), or sequences of them."""
+
 
 @dataclass(frozen=True)
 class Output:

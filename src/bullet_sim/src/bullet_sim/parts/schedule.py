@@ -121,6 +121,19 @@ class Schedule(Stateful):
         self._count = max(self._count, math.ceil(first / self._ratio - 1e-9))
         self.next = round(self._count * self._ratio)
 
+    @property
+    def period(self) -> float:
+        """Mean number of steps between two due ones."""
+        return self._ratio
+
+    def due_before(self, end: int) -> list[int]:
+        """All due steps before one; then the next due step is that or a later one."""
+        steps = []
+        while self.next < end:
+            steps.append(self.next)
+            self.due(self.next)
+        return steps
+
     def due(self, step: int) -> bool:
         """Whether it is due at this step; then the next due step is set."""
         if step < self.next:

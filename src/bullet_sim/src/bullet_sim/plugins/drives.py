@@ -314,6 +314,8 @@ def with_wheels(
 class JointStatesSensor(Sensor):
     """sensor_msgs/JointState of the named joints, without efforts."""
 
+    watches = True
+
     def make_output(self) -> JointStatesOutput:
         names = self.spec.joints
         self._indices = [self.model.joints.names.index(name) for name in names]

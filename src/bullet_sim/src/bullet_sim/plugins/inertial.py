@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -412,7 +412,7 @@ def _gnss_values(status: int, service: int) -> dict[str, bool]:
 class GroundTruthSensor(Sensor):
     """nav_msgs/Odometry without error, in the world or relative to a link."""
 
-    whole_periods = True
+    whole_periods = watches = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -447,13 +447,31 @@ class GroundTruthSensor(Sensor):
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
         return position, orientation, linear, angular
 
+    def recorded(self) -> Any:
+        """In the world."""
+        return None if self.spec.reference else self.model.recorded_motion(self.spec.link)
+
+    def measure_recorded(self, recorded: Any, steps: Sequence[int]) -> Any:
+        chosen, spec = self.world.recorded(steps), self.spec
+        position, orientation, linear, angular = (
+            tuple(values[chosen] for values in part) for part in recorded
+        )  # type: Any, Any, Any, Any
+        if self._shift is not None:
+            position = [a + b for a, b in zip(position, self._shift.position)]
+            orientation = multiply(self._shift.orientation, orientation)
+        linear, angular = inertial.twists(orientation, linear, angular, spec.twist_in_child)
+        if spec.noise_stddev > 0:
+            noise = self.rng.normal(0, spec.noise_stddev, (len(steps), 6)).T
+            linear, angular = np.add(linear, noise[:3]), np.add(angular, noise[3:])
+        return position, orientation, linear, angular
+
 
 @part_of(ImuSpec)
 class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
     STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference", "_gyro_bias", "_accel_bias")
-    waits_for_time = True
+    waits_for_time = watches = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -498,6 +516,53 @@ class ImuSensor(Sensor):
             force = self._accel_bias.measured(force, period, self.rng)
         return orientation, rate, force
 
+    def recorded(self) -> Any:
+        """Of this class alone, without a bias."""
+        own = type(self)
+        simple = own.measure is ImuSensor.measure and own._ideal is ImuSensor._ideal
+        if not (simple and self._gyro_bias.is_none and self._accel_bias.is_none):
+            return None
+        return self.model.recorded_motion(self.spec.link)
+
+    def measure_recorded(self, recorded: Any, steps: Sequence[int]) -> Any:
+        spec, times = self.spec, self.world.times(steps)
+        _, orientation, linear, angular = self.recorded_motion(recorded, steps)
+        force = inertial.specific_forces(linear, self._before, times, self.world.gravity)
+        x, y, z = (float(values[-1]) for values in linear)
+        self._before = ((x, y, z), times[-1])
+        force, rate = inertial.twists(orientation, force, angular)
+        if spec.relative:
+            orientation = multiply(self._reference, orientation)
+        if spec.turn[:3] != (0.0, 0.0, 0.0):
+            orientation = multiply(spec.turn, orientation)
+        values = np.array((*orientation, *rate, *force))
+        means, drawn, deviations = self._noise
+        if means is not None:
+            values += means
+        if len(drawn):
+            values[drawn] += self.rng.normal(0.0, deviations, (len(steps), len(drawn))).T
+        return (values,)
+
+    @cached_property
+    def _noise(self) -> tuple[Any, list[int], list[float]]:
+        """Of the numbers of a message: means (10, 1) or None; which have noise in the order in
+        which it is drawn, and its standard deviations."""
+        spec = self.spec
+        means = [0.0] * 4
+        drawn: list[tuple[int, float]] = []
+        if spec.orientation_noise > 0.0:
+            drawn += [(row, spec.orientation_noise) for row in range(4)]
+        for first, mean, stddev in (
+            (4, spec.gyro_noise_mean, spec.gyro_noise_stddev),
+            (7, spec.accel_noise_mean, spec.accel_noise_stddev),
+        ):
+            means += [mean] * 3 if isinstance(mean, float) else mean
+            if _is_noisy(stddev):
+                of_axes = stddev if isinstance(stddev, tuple) else (stddev,) * 3
+                drawn += zip(range(first, first + 3), of_axes)
+        rows, deviations = zip(*drawn) if drawn else ((), ())
+        return np.array(means)[:, None] if any(means) else None, list(rows), list(deviations)
+
     def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As measure(), without errors."""
         _, orientation, linear, angular = self.sensor_motion()
@@ -520,10 +585,15 @@ class ImuSensor(Sensor):
         if mean:
             a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
             x, y, z = x + a, y + b, z + c
-        if isinstance(stddev, tuple) or stddev > 0.0:
+        if _is_noisy(stddev):
             a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
             x, y, z = x + a, y + b, z + c
         return x, y, z
+
+
+def _is_noisy(stddev: float | Vec3) -> bool:
+    """Whether noise of a standard deviation is drawn."""
+    return isinstance(stddev, tuple) or stddev > 0.0
 
 
 @part_of(ModelImuSpec)
@@ -637,7 +707,7 @@ class GpsSensor(TunedSensor):
 
     STATE: ClassVar[tuple[str, ...]] = ("_reference", "_status")
     MESSAGE, FIELDS = "sensor_msgs/NavSatFix", {"fix": 3}
-    resets = True
+    resets = watches = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -704,7 +774,7 @@ class GpsSensor(TunedSensor):
 class MagneticSensor(TunedSensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
-    resets = True
+    resets = watches = True
 
     def __init__(self, context: Any) -> None:
         spec = context.spec

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from bullet_sim.pose import (
     multiply,
     rotation_matrix,
     rows_from_quaternion,
+    turned_axes,
 )
 
 if TYPE_CHECKING:
@@ -102,6 +104,34 @@ def twist(
     return (
         (a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
         (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r),
+    )
+
+
+def specific_forces(
+    velocity: Any, before: tuple[Vec3, float] | None, times: Sequence[float], gravity: Vec3
+) -> Any:
+    """As specific_force() at each of several times: three arrays (k,), of three of velocities."""
+    start, since = ((0.0, 0.0, 0.0), times[0] - 1.0) if before is None else before
+    elapsed = np.array([after - at for at, after in zip((since, *times), times)])
+    forces = []
+    for values, first, g in zip(velocity, start, gravity):
+        change = np.empty(len(times))
+        change[0], change[1:] = values[0] - first, values[1:] - values[:-1]
+        forces.append(change / elapsed - g)
+        if before is None:
+            forces[-1][0] = -g
+    return forces
+
+
+def twists(orientation: Any, linear: Any, angular: Any, in_child: bool = True) -> Any:
+    """As twist(), of sequences of arrays (k,)."""
+    if not in_child:
+        return linear, angular
+    x, y, z, w = orientation
+    square = x * x + y * y + z * z + w * w
+    columns = tuple(zip(*turned_axes(x, y, z, w, 2.0 / square)))
+    return tuple(
+        tuple(a * u + b * v + c * w for a, b, c in columns) for u, v, w in (linear, angular)
     )
 
 

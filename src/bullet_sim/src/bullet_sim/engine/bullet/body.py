@@ -203,6 +203,9 @@ class BulletBody:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, velocity_at(position, center, linear, angular), angular
 
+    def recorded_motion(self, link: str, offset: tuple[Vec3, Quat] | None = None) -> None:
+        """See api.Body: there is none."""
+
     def link_center(self, link: str) -> Vec3:
         """See api.Body."""
         return self._motion(link)[0]

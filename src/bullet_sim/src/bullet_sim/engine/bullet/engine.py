@@ -20,13 +20,12 @@ from bullet_sim.engine.bullet.client import Client
 from bullet_sim.engine.bullet.passable import Passable
 from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.engine.quickstep import law
-from bullet_sim.pose import Array, Pose, Vec3, vector3
+from bullet_sim.pose import UNTURNED, Array, Pose, Vec3, vector3
 
 FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
-_NO_TURN = (0.0, 0.0, 0.0, 1.0)
 
 
 class BulletEngine:
@@ -39,6 +38,7 @@ class BulletEngine:
     """
 
     settings: OdeSettings | None = None
+    records = None
     unlocked = False  # PyBullet keeps Python's lock
 
     def __init__(self, time_step: float, gravity: Vec3) -> None:
@@ -253,7 +253,7 @@ class BulletEngine:
         """Balance the weight of what has none, for the next step."""
         for (number, link), mass, center in self.weightless:
             body = self.bodies[number]
-            point = body.link_motion(link, (center, _NO_TURN))[0]
+            point = body.link_motion(link, (center, UNTURNED))[0]
             body.apply_force(link, [-mass * g for g in self.gravity], point)
 
     def save_state(self) -> EngineState:

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from bullet_sim.engine.ode.body import OdeBody
 
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
+_MAX_NUMBERS = 1 << 20  # of records of states
 
 
 @dataclass(frozen=True)
@@ -232,18 +233,20 @@ class ArrayBuilder:
         ):  # fmt: skip
             np.minimum(table[:, column], most, out=table[:, column])
         room = capacity(self._shapes, static, most)
-        state = _state(numbers, gravity, system.pack(), scene, room)
+        inward = [
+            tuple((-body.model.links[name].center).tolist())
+            for body in moving
+            for name in body.names
+        ]
+        rows = np.array(inward, np.float64).reshape(-1, 3)
+        state = _state(numbers, gravity, system.pack(), rows, scene, room)
         for body, first, first_joint in self._placed:  # nothing can fail now
             body.use_rows(first, first_joint)
         return Arrays(
             models=set(contents.moving),
             owner=system.owner,
             rows={key: row for row, key in enumerate(system.owner)},
-            inward=[
-                tuple((-body.model.links[name].center).tolist())
-                for body in moving
-                for name in body.names
-            ],
+            inward=inward,
             state=state,
             table=make_table(state),
             attached=self._attached,
@@ -427,10 +430,13 @@ def _placed_row(frame: Pose, axis: Array, anchor: Array) -> Array:
     return row
 
 
-def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: int) -> State:
+def _state(
+    numbers: Array, gravity: Array, system: System, inward: Array, scene: Scene, room: int
+) -> State:
     """What steps work with, with room for a number of contacts."""
     count, movable = len(system.bodies), len(system.joints)
     rows = q.MAX_CONTACT_ROWS * room + q.MAX_JOINT_ROWS * movable
+    width = count * q.SR_BODY + movable * (q.SR_JOINT + q.SR_EFFORT)
     return State(
         settings=numbers,
         gravity=gravity,
@@ -450,4 +456,7 @@ def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: i
         efforts=np.zeros((movable, q.PID_SIZE)),
         active=np.zeros(3, np.int64),
         recorded=np.zeros((2 * MAX_RECORDED, movable)),
+        states=np.zeros((max(1, min(MAX_RECORDED, _MAX_NUMBERS // max(width, 1))), width)),
+        taken=np.zeros(2, np.int64),
+        inward=inward,
     )

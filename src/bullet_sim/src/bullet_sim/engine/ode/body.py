@@ -27,6 +27,7 @@ from bullet_sim.engine.ode.motor import OdeMotor
 from bullet_sim.engine.ode.owner import Owner
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import (
+    UNTURNED,
     Array,
     Motion,
     Pose,
@@ -40,7 +41,6 @@ from bullet_sim.pose import (
 )
 
 _ROUNDING = 1e-15  # [m] and of a quaternion: what is left of 0 between two frames
-_UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _STILL = (0.0, 0.0, 0.0)
 _NOWHERE = (math.nan, math.nan, math.nan)
 
@@ -274,7 +274,7 @@ class OdeBody:
     def _place_links(self, placement: Placement) -> None:
         """Put links where the base and the joints' positions have them."""
         model, orientation = self.model, placement.pose.orientation
-        center, _ = compose(placement.pose.position, orientation, self._center, _UNTURNED)
+        center, _ = compose(placement.pose.position, orientation, self._center, UNTURNED)
         linear = velocity_at(placement.pose.position, center, placement.linear, placement.angular)
         pose = Pose(_without_rounding(placement.pose.position), _without_rounding(orientation))
         root: tuple[Pose, Any, Any] = (pose, linear, placement.angular)
@@ -352,7 +352,7 @@ class OdeBody:
             return None
         x, y, z, *orientation = numbers[: q.VEL]
         inward = self._engine.arrays.inward[row]
-        position, turned = compose((x, y, z), orientation, inward, _UNTURNED)
+        position, turned = compose((x, y, z), orientation, inward, UNTURNED)
         a, b, c, d, e, f = numbers[q.VEL :]
         return position, turned, (x, y, z), (a, b, c), (d, e, f)
 
@@ -368,7 +368,7 @@ class OdeBody:
         if state is None:
             frame, center = self.base * self.at_rest[link], vector3(self.model.links[link].center)
             place = frame.position, frame.orientation
-            return (*place, compose(*place, center, _UNTURNED)[0], _NOWHERE, _NOWHERE)
+            return (*place, compose(*place, center, UNTURNED)[0], _NOWHERE, _NOWHERE)
         return state
 
     @cached_property
@@ -382,7 +382,7 @@ class OdeBody:
     def _placed_state(self, placement: Placement) -> State:
         """Of the root link."""
         position, orientation = placement.pose.position, placement.pose.orientation
-        center, _ = compose(position, orientation, self._center, _UNTURNED)
+        center, _ = compose(position, orientation, self._center, UNTURNED)
         return position, orientation, center, placement.linear, placement.angular
 
     def _lost(self) -> Placement:
@@ -400,6 +400,25 @@ class OdeBody:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, velocity_at(position, center, linear, angular), angular
 
+    def recorded_motion(self, link: str, offset: tuple[Vec3, Quat] | None = None) -> Any:
+        """See api.Body."""
+        records = self._engine.records
+        row = self._engine.arrays.rows.get((self.number, link))
+        if row is None:  # it never moves
+            values = np.concatenate(self.link_motion(link, offset))
+            values = np.repeat(values[:, None], records.count, axis=1)
+            return values[:3], values[3:7], values[7:10], values[10:]
+        values = records.motions(row)
+        if values is None:
+            return None
+        position, orientation = values[q.SR_POS : q.SR_QUAT], values[q.SR_QUAT : q.SR_VEL]
+        angular = values[q.VEL + 3 : q.PLACE]
+        if offset is None:
+            return position, orientation, values[q.SR_VEL :], angular
+        position, orientation = map(np.array, compose(position, orientation, *offset))
+        center, linear = values[: q.QUAT], values[q.VEL : q.VEL + 3]
+        return position, orientation, velocity_at(position, center, linear, angular), angular
+
     def link_center(self, link: str) -> Vec3:
         """See api.Body."""
         return self._link_state(link)[2]
@@ -409,7 +428,7 @@ class OdeBody:
         row = self.first + self.names.index(link)
         numbers, inward = self._engine.rows[row].tolist(), self._engine.arrays.inward[row]
         x, y, z = numbers[: q.QUAT]
-        return Pose(*compose((x, y, z), numbers[q.QUAT : q.VEL], inward, _UNTURNED))
+        return Pose(*compose((x, y, z), numbers[q.QUAT : q.VEL], inward, UNTURNED))
 
     def _velocity(self, link: str) -> tuple[Array, Array]:
         """Velocities of the origin of a link's frame [m/s, rad/s]."""

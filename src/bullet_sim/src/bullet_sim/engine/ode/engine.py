@@ -25,6 +25,7 @@ from bullet_sim.engine.ode.arrays import ArrayBuilder, Attachment, Contents
 from bullet_sim.engine.ode.body import OdeBody
 from bullet_sim.engine.ode.contacts import Contacts
 from bullet_sim.engine.ode.rays import MeshScene, RayScene, RayShape
+from bullet_sim.engine.ode.records import Records
 from bullet_sim.engine.ode.shapes import ShapeCache
 from bullet_sim.engine.ode.tables import Tree, make_tree
 from bullet_sim.engine.ode.threads import Helpers, processors
@@ -52,6 +53,7 @@ class OdeEngine:
             faster so, and without giving up Python's lock.
         arrays, contents: all that steps work with, and what it is built of.
         last_contacts: of the last step.
+        records: see api.Records.
         is_built: the arrays have all that is there now.
         is_ahead: bodies are not where the mirror has them.
         unlocked: let other threads of Python run during steps: where each has a world of its own.
@@ -66,6 +68,7 @@ class OdeEngine:
         self.configure(OdeSettings())
         self._trees: dict[int, tuple[Array, Tree]] = {}  # of triangles, by their id
         self._shapes = ShapeCache(self)
+        self.records = Records(self)
         self.clear()
 
     @cached_property
@@ -254,6 +257,7 @@ class OdeEngine:
         self.rows, self.joint_rows = arrays.state.system.bodies, arrays.state.system.joints
         self.joint_numbers: Any = memoryview(self.joint_rows.reshape(-1))
         self.last_contacts.use(arrays)
+        self.records.use(arrays)
         self._rays: tuple[RayScene, bool] | None = None
         self._sort()
 
@@ -321,6 +325,7 @@ class OdeEngine:
             effort.numbers[q.PID_JOINT] = effort.motor.row  # type: ignore[attr-defined]
             row[:] = effort.numbers
         state.active[:] = len(efforts), records, 0
+        self.records.note_acting(effort.motor for effort in efforts)
         try:
             self._make_steps(count)
         finally:

@@ -34,6 +34,7 @@ class Owner(Protocol):
     placements: int
     time_step: float
     last_contacts: Any
+    records: Any
 
     @property
     def mirror(self) -> Any: ...

@@ -39,6 +39,9 @@ FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 2
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
 STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, ERP, CFM, BOUNCE = 50, 51, 52, 53, 54, 55, 56, 57
 PITCH, J_SIZE = 58, 59
+# records of states: of bodies what comes before PLACE, then position, orientation and velocity of
+# the link's frame; of joints ANGLE, RATE, MOTOR and WRENCH, of efforts what was applied (NaN: none)
+SR_POS, SR_QUAT, SR_VEL, SR_BODY, SR_JOINT, SR_EFFORT = 13, 16, 20, 23, 9, 1
 # of gears instead: row of the body that both rotate against (-1: the world), quaternion of the
 # second body in it at 0 (that of the first is QREL), rotation of the second (of the first: ANGLE)
 GEAR_BASE, GEAR_QREL, GEAR_ANGLE = 0, 1, 25

@@ -36,7 +36,7 @@ from bullet_sim.engine.quickstep.islands import end_islands, help_solve, solve_i
 from bullet_sim.engine.quickstep.pids import apply_efforts
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, State, System
 from bullet_sim.engine.quickstep.vectors import cross, matrix, multiply, rotate, similar
-from bullet_sim.pose import Array
+from bullet_sim.pose import UNTURNED, Array
 
 
 @inlined
@@ -215,6 +215,53 @@ def _move(step: float, system: System) -> None:
         system.joints[j, col.EFFORT] = 0.0
 
 
+@compiled
+def _place_frame(row: Array, a: float, b: float, c: float) -> None:
+    """Where a link's frame is, and its velocity: as pose.compose and pose.velocity_at, to the bit.
+
+    Args:
+        row: of a body in a record.
+        a, b, c: the frame from the center of mass [m].
+    """
+    x, y, z, w = row[col.QUAT], row[col.QUAT + 1], row[col.QUAT + 2], row[col.QUAT + 3]
+    i, j, k = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    row[col.SR_POS] = row[col.POS] + a + w * i + y * k - z * j
+    row[col.SR_POS + 1] = row[col.POS + 1] + b + w * j + z * i - x * k
+    row[col.SR_POS + 2] = row[col.POS + 2] + c + w * k + x * j - y * i
+    multiply(row[col.QUAT : col.VEL], UNTURNED, row[col.SR_QUAT : col.SR_VEL])
+    p, q, r = row[col.VEL + 3], row[col.VEL + 4], row[col.VEL + 5]
+    x, y, z = (
+        row[col.SR_POS] - row[col.POS],
+        row[col.SR_POS + 1] - row[col.POS + 1],
+        row[col.SR_POS + 2] - row[col.POS + 2],
+    )
+    row[col.SR_VEL] = row[col.VEL] + q * z - r * y
+    row[col.SR_VEL + 1] = row[col.VEL + 1] + r * x - p * z
+    row[col.SR_VEL + 2] = row[col.VEL + 2] + p * y - q * x
+
+
+@compiled
+def _record(system: System, inward: Array, efforts: Array, count: int, record: Array) -> None:
+    """Record the state after a step, with a number of efforts: see State.states."""
+    at = 0
+    for b in range(len(system.bodies)):
+        row = record[at : at + col.SR_BODY]
+        for k in range(col.PLACE):
+            row[k] = system.bodies[b, k]
+        _place_frame(row, inward[b, 0], inward[b, 1], inward[b, 2])
+        at += col.SR_BODY
+    for j in range(len(system.joints)):
+        joint = system.joints[j]
+        record[at], record[at + 1] = joint[col.ANGLE], joint[col.RATE]
+        for k in range(col.SR_JOINT - 2):
+            record[at + 2 + k] = joint[col.MOTOR + k]
+        at += col.SR_JOINT
+    for j in range(len(system.joints)):
+        record[at + j] = math.nan
+    for k in range(count):
+        record[at + int(efforts[k, col.PID_JOINT])] = efforts[k, col.PID_APPLIED]
+
+
 _state_at = arrays_at(numba_type(State))
 
 
@@ -235,7 +282,7 @@ def advance(
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
     (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
-     result, efforts, active, recorded) = _state_at(table)  # fmt: skip
+     result, efforts, active, recorded, states, taken, inward) = _state_at(table)  # fmt: skip
     islands.step[0], islands.counts[1] = step, iterations
     made = count
     for done in range(count):
@@ -254,6 +301,9 @@ def advance(
         _measure_contacts(m, n, system.bodies, contacts, constraints)
         _move(step, system)
         joints.measure(system)
+        if taken[1] < taken[0]:
+            _record(system, inward, efforts, active[0], states[taken[1]])
+            taken[1] += 1
         result[0] = n
         given = -1
         if fell:
@@ -266,7 +316,7 @@ def advance(
 @threaded
 def serve(table: Array) -> int:
     """Help advance() in another thread until it is told to end, see islands.py; table: as there."""
-    (settings, _, sequence, system, _, _, constraints, blocks, islands, _, _, _, _, _) = _state_at(
-        table
+    (settings, _, sequence, system, _, _, constraints, blocks, islands, _, _, _, _, _, _, _, _) = (
+        _state_at(table)
     )
     return help_solve(system, sequence, constraints, blocks, islands, settings)

@@ -232,6 +232,9 @@ class State(NamedTuple):
         marks: (4, k) numbers to work with.
         result: (1,) number of contacts of the last step.
         efforts, active, recorded: see apply_efforts().
+        states: (m, n SR_BODY + j SR_JOINT + j) records of the states after steps.
+        taken: (2,) how many are to be recorded, and were.
+        inward: (n, 3) frames of the links, from the centers of mass of the bodies [m].
     """
 
     settings: Array
@@ -248,6 +251,9 @@ class State(NamedTuple):
     efforts: Array
     active: Array
     recorded: Array
+    states: Array
+    taken: Array
+    inward: Array
 
 
 class Casting(NamedTuple):
@@ -338,7 +344,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
     Islands: (_N2, _N1, _1, _N1),
     State: (
         *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks, Islands),
-        *(_N2, _N1, _2, _N1, _2),
+        *(_N2, _N1, _2, _N1, _2, _2, _N1, _2),
     ),
     Casting: (
         *(_1, _2, _1, _2, _N1, _2, _3, _2, _3, _N1, _2, _N1, _N1, _2),
