@@ -216,7 +216,9 @@ def test_a_gps_and_a_magnetometer_that_use_the_worlds_place(topics, cart):
     fix = topics["/fix"].messages[-1]
     assert (fix.latitude - 47.5) * 111.18e3 == pytest.approx(100.0, rel=1e-3)
     assert (fix.longitude, fix.altitude) == pytest.approx((8.5, 400.0))
-    made(MagneticSpec("m", "base", heading=None, topic="/m"), world, cart).update(0.0, 0.0)
+    made(MagneticSpec("m", "base", heading=None, topic="/m", magnitude=0.44), world, cart).update(
+        0.0, 0.0
+    )
     field = topics["/m"].messages[-1].vector
     assert (field.x, field.y) == pytest.approx((0.22, 0.0), abs=1e-9)
     world.close()
@@ -457,7 +459,7 @@ def test_ground_truth_relative_to_a_link(topics, world, cart):
 @pytest.mark.parametrize("field_message", [False, True])
 def test_magnetic(topics, world, cart, field_message):
     cart.set_state(Pose.from_xyz_rpy((0, 0, 0.1), (0, 0, math.pi / 2)))
-    spec = MagneticSpec("m", "base", inclination=0.0, field_message=field_message)
+    spec = MagneticSpec("m", "base", inclination=0.0, magnitude=0.44, field_message=field_message)
     made(spec, world, cart).update(0.1, 0.0)
     message = topics["/magnetic"].messages[-1]
     vector = message.magnetic_field if field_message else message.vector
