@@ -32,6 +32,8 @@ PARAMS = {
         "type": "steer_drive_controller/SteerDriveController",
         "wheel_radius": 0.1,
         "wheel_separation_h": 1.0,
+        "pose_covariance_diagonal": [0.1] * 6,
+        "twist_covariance_diagonal": [0.1] * 6,
     },
 }
 
