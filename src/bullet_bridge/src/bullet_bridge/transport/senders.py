@@ -129,17 +129,15 @@ def _fix(output: Any, time: float, place: Any, status: Any, errors: Any) -> NavS
     return fix
 
 
-def _setter(kind: type, name: str) -> Callable[[Any, Any], None]:
-    """Function that sets a field of a message of a type, named with dots, to numbers or a text."""
+def _field(kind: type, name: str) -> tuple[Any, str, Callable[[Any], Any]]:
+    """What has a field of a message of a type, named with dots: a function of the message, None for
+    itself; the field's own name; what makes its value of numbers, or of a text."""
     path, _, last = name.rpartition(".")
-    owner = operator.attrgetter(path) if path else lambda message: message
-    value_type = type(getattr(owner(kind()), last))
-    convert: Callable[[Any], Any] = lambda values: value_type(*map(float, values))  # noqa: E731
+    owner = operator.attrgetter(path) if path else None
+    value_type = type(operator.attrgetter(name)(kind()))
     if value_type in (bool, int, float):
-        convert = lambda values: value_type(values[0])  # noqa: E731
-    elif value_type is str:
-        convert = str
-    return lambda message, values: setattr(owner(message), last, convert(values))
+        return owner, last, lambda values: value_type(values[0])
+    return owner, last, str if value_type is str else lambda values: value_type(*values)
 
 
 @sends(outputs.NumbersOutput)
@@ -148,14 +146,15 @@ def _numbers(part: Any, output: outputs.NumbersOutput) -> Converted:
     pub = part.publisher(output.topic, kind)
     if kind is NavSatFix:
         return Converted(pub, lambda *values: _fix(output, *values))
-    setters = [_setter(kind, name) for name in output.sizes]
+    fields = [_field(kind, name) for name in output.sizes]
+    constant, has_header = dict(output.constant), "header" in kind.__slots__
 
     def convert(time: float, *values: Any) -> Any:
-        message = kind(**output.constant)
-        if "header" in kind.__slots__:
-            message.header = conversions.header(time, output.frame_id)
-        for set_field, value in zip(setters, values):
-            set_field(message, value)
+        if has_header:
+            constant["header"] = conversions.header(time, output.frame_id)
+        message = kind(**constant)
+        for (owner, name, convert), value in zip(fields, values):
+            setattr(message if owner is None else owner(message), name, convert(value))
         return message
 
     return Converted(pub, convert)
