@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from bullet_sim.formats.sdf.world import parse_world
-from bullet_sim.plugins.cameras import DepthCameraSpec
+from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins import drives
+from bullet_bridge.plugins import joints
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.gazebo import (
     InitialVelocitySpec,
@@ -178,7 +178,7 @@ def test_a_mimic_with_a_pid_is_pushed_by_it_and_moves_freely_without_gains(
     values, world, monkeypatch
 ):
     fake_publishers(monkeypatch)
-    monkeypatch.setattr(drives.rospy, "get_param", lambda name, default: values)
+    monkeypatch.setattr(joints.rospy, "get_param", lambda name, default: values)
     tags = "<hasPID/><multiplier>0.5</multiplier>"
     model = world.spawn_urdf("r", following(tags), Pose((0.0, 0.0, 1.0)), str)
     plugin = in_thread(plugin_of(world, model, model.description.sensors[0]))

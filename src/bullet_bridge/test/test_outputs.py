@@ -14,9 +14,10 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.parts.outputs import ImageOutput
 from bullet_sim.plugins import drives, lidars
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
+from bullet_sim.plugins.cameras import CameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.plugins.custom import CustomSpec
+from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.plugins.drives import BaseSpec, SidesSpec, WheelDrive
 from bullet_sim.plugins.forces import LinkForceSpec
 from bullet_sim.plugins.lidars import RaySpec

@@ -11,14 +11,13 @@ from bullet_bridge.plugins import base, lidars
 from bullet_bridge.transport.conversions import vector
 from bullet_sim.formats.sdf.world import ground_plane, parse_world
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
+from bullet_sim.plugins.gps import GpsSpec, MagneticSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
     BiasModel,
     ErrorModel,
-    GpsSpec,
     GroundTruthSpec,
     ImuSpec,
-    MagneticSpec,
     ModelImuSpec,
 )
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec

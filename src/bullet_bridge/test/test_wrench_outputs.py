@@ -6,7 +6,8 @@ import rospy
 from bot_rig import Bot
 from bullet_bridge.plugins import base
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.plugins.depth_cameras import RangeCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from fake_impl import plugin_of

@@ -5,7 +5,8 @@ import pytest
 from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.plugins.cameras import CameraSpec
+from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.gl.renderer import GlRenderer

@@ -6,8 +6,9 @@ import pytest
 from bullet_sim.formats.materials import standard
 from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
+from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.plugins.grasping import GripperSpec
 from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec

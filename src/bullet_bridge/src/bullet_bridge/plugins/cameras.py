@@ -14,6 +14,7 @@ import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.parts.outputs import DepthPointsOutput
 from bullet_sim.plugins import cameras as core
+from bullet_sim.plugins import depth_cameras
 from bullet_sim.pose import Array
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
@@ -377,8 +378,8 @@ def _depth_points(part: Any, output: DepthPointsOutput) -> Converted:
     return Converted(publisher, PointClouds(output.spec, output.k).message)
 
 
-@ros_side(core.DepthCameraSpec)
-class DepthCameraSensor(CameraSensor, core.DepthCameraSensor):
+@ros_side(depth_cameras.DepthCameraSpec)
+class DepthCameraSensor(CameraSensor, depth_cameras.DepthCameraSensor):
     """A color camera's topics, depth images with their camera_info, and points."""
 
     def __init__(self, context: PluginContext) -> None:
@@ -397,8 +398,8 @@ class DepthCameraSensor(CameraSensor, core.DepthCameraSensor):
             self._depth_info.publish(self.info_message(time))
 
 
-@ros_side(core.RangeCameraSpec)
-class RangeCameraSensor(CameraSensor, core.RangeCameraSensor):
+@ros_side(depth_cameras.RangeCameraSpec)
+class RangeCameraSensor(CameraSensor, depth_cameras.RangeCameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
     compresses = False

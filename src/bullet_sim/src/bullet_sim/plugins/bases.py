@@ -17,11 +17,11 @@ from bullet_sim.plugins.drives import (
     PlanarMovePlugin,
     SidesSpec,
     link_frames,
-    movable,
     read_log_level,
     wheel_states_topic,
     with_wheels,
 )
+from bullet_sim.plugins.joints import movable
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import BASE, UTILS_OF_MODELS, FrameName
 from bullet_sim.plugins.spec import frame_of, not_negative, number, read, reading, switch

@@ -1,9 +1,8 @@
-"""Forces on links, applied and measured: wrenches, a vacuum gripper, slip, a fluid, a lift."""
+"""Forces on links, applied and measured: wrenches, a vacuum gripper, slip."""
 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -12,7 +11,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.meshes.triangles import mesh_box
 from bullet_sim.parts.base import Part, Sensor, part_of
 from bullet_sim.parts.outputs import NumbersOutput, TransformsOutput
 from bullet_sim.plugins.registry import model_plugin
@@ -27,10 +25,9 @@ from bullet_sim.plugins.spec import (
     read,
     reading,
     text_of,
-    topic_of,
 )
 from bullet_sim.plugins.xml import MissingPart, PluginXml, Values, library
-from bullet_sim.pose import Pose, Vec3
+from bullet_sim.pose import Pose
 from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from bullet_sim.xml_reader import document_root, is_true
 
@@ -151,66 +148,6 @@ class HandOfGodSpec(PluginSpec):
     topic: str = "/tf"
 
 
-@dataclass(frozen=True)
-class Floating:
-    """A link that displaces a volume [m^3], whose center (3,) [m] is in its frame."""
-
-    link: str
-    volume: float
-    center: Vec3
-
-
-def _floating(xml: PluginXml) -> tuple[Floating, ...]:
-    """The usable <link>s; one without a link, a center or a volume is left out with a warning."""
-    given = []
-    for element in xml.element.findall("link"):
-        values = Values(element, f"{xml.label} <link>")
-        link, volume = xml.scope + (element.get("name") or ""), values.number("volume")
-        center = element.find("center_of_volume")
-        if link in xml.model.links and center is not None and volume > 0.0:
-            given.append(Floating(link, volume, values.vector("center_of_volume")))
-        else:
-            xml.warn(
-                f"{values.label} '{link}' has volume {volume:g}, must be a link of "
-                f"'{xml.model.name}' with a center_of_volume and a volume above 0; it is left out"
-            )
-    return tuple(given)
-
-
-@model_plugin("BuoyancyPlugin")
-@dataclass(frozen=True)
-class BuoyancySpec(PluginSpec):
-    """Gazebo's BuoyancyPlugin: everything is in a fluid of a density [kg/m^3].
-
-    Attributes:
-        given: links whose volume the file gives.
-    """
-
-    NAME = "buoyancy"
-    given: tuple[Floating, ...] = reading(_floating, ())
-    density: float = number("fluid_density", 999.1026)  # of water
-    topic: str = ""
-
-
-@dataclass(frozen=True)
-class ElevatorSpec(PluginSpec):
-    """libgazebo_ros_elevator: a lift that goes to floors, and its door.
-
-    Attributes:
-        lift, door: joints.
-        height: of a floor [m].
-        wait: for which the door is open [s].
-        topic: of std_msgs/String, the number of a floor.
-    """
-
-    NAME = "elevator"
-    lift: str
-    door: str
-    height: float = number("floor_height", 3.0)
-    wait: float = number("door_wait_time", 5.0)
-    topic: str = topic_of("topic", "elevator")
-
-
 @model_plugin("gazebo_ros_ft_sensor", rule=PLAIN)
 def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
     joint = xml.joint("jointName")
@@ -290,12 +227,6 @@ def _slipping(xml: PluginXml, element: Element) -> SlippingWheel | None:
         values.number(f"slip_compliance_{side}") for side in ("lateral", "longitudinal")
     )
     return SlippingWheel(link, joints[0], radius, force, lateral, longitudinal)
-
-
-@model_plugin("gazebo_ros_elevator")
-def elevator(xml: PluginXml) -> ElevatorSpec:
-    lift, door = xml.joint("lift_joint"), xml.joint("door_joint")
-    return read(ElevatorSpec, xml, link=xml.model.joints[lift].child, lift=lift, door=door)
 
 
 @model_plugin("gazebo_ros_template")
@@ -464,53 +395,6 @@ class WheelSlipPlugin(Part):
             model.body.set_slip(link, scale * lateral, scale * longitudinal)
 
 
-@part_of(BuoyancySpec)
-class BuoyancyPlugin(Part):
-    """Lifts each link by the weight of the fluid that it displaces, wherever it is, as Gazebo's."""
-
-    every_step = True
-    resets = False
-
-    def __init__(self, context: Any) -> None:
-        super().__init__(context)
-        given = {part.link: part for part in self.spec.given}
-        parts = self.model.rigid_parts.items()
-        self._parts = [given.get(name) or self._displaced(name, link) for name, link in parts]
-
-    def _displaced(self, name: str, link: Any) -> Floating:
-        """The volume of a link's collisions, of a mesh that of the box around it."""
-        volumes, places = [0.0], [np.zeros(3)]
-        for shape in link.collisions:
-            kind, size = shape.geometry.kind, shape.geometry.size
-            if kind == "box":
-                volume = float(np.prod(size))
-            elif kind == "sphere":
-                volume = 4.0 / 3.0 * math.pi * size[0] ** 3
-            elif kind == "cylinder":
-                volume = math.pi * size[0] ** 2 * size[1]
-            elif kind == "mesh":
-                low, high = mesh_box(shape.geometry.path)
-                volume = float(np.prod((high - low) * np.abs(shape.geometry.scale)))
-            else:
-                continue
-            volumes.append(volume)
-            places.append(np.array(shape.pose.position))
-        total = sum(volumes)
-        middle = np.average(places, axis=0, weights=volumes) if total else np.zeros(3)
-        x, y, z = middle.tolist()
-        return Floating(name, total, (x, y, z))
-
-    def update(self, time: float, period: float) -> None:
-        if self.model.is_static:
-            return
-        for part in self._parts:
-            link, offset = self.model.link_in_body(part.link)
-            frame = Pose(*self.model.body.link_motion(link)[:2]) * offset
-            point = (frame * Pose(part.center)).position
-            force = [-self.spec.density * part.volume * axis for axis in self.world.gravity]
-            self.model.body.apply_force(link, force, point)
-
-
 @part_of(HandOfGodSpec)
 class HandOfGodPlugin(Part):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
@@ -561,76 +445,6 @@ class HandOfGodPlugin(Part):
         self.model.apply_wrench(self._part, force, torque)
         if self._actual.has_subscribers():
             self._actual.send(time, [("world", f"{self.spec.frame}_actual", pose)])
-
-
-CLOSED, OPEN = 0.0, 1.0  # positions of a lift's door
-LIFT_GAINS, DOOR_GAINS = (1e5, 1e5), (2.0, 1.0)  # P, D
-LIFT_NEAR, DOOR_NEAR = 0.15, 0.05  # errors at which they count as there
-
-
-@part_of(ElevatorSpec)
-class ElevatorPlugin(Part):
-    """Closes the door, goes to a floor, opens, waits and closes; meanwhile it takes no other floor.
-
-    As upstream the derivative of the door's error is over the time since the start. It waits in
-    simulated time.
-    """
-
-    STATE = ("_floor", "_door", "_steps", "_began", "_errors", "_there", "_until")
-    COMMANDS = {"topic": ("std_msgs/String", "_on_floor")}
-    every_step = True
-
-    def reset(self, time: float) -> None:
-        """As it was loaded, but for where it goes and whether its door is to be open."""
-        self._floor: int = getattr(self, "_floor", 0)
-        self._door: float = getattr(self, "_door", CLOSED)
-        self._steps: tuple[tuple[str, int], ...] = ()  # that are to be made, each with a floor
-        self._began = self._until = math.nan
-        self._errors, self._there = (0.0, 0.0), (True, True)  # of the lift and the door
-        super().reset(time)
-
-    def _on_floor(self, message: Any) -> None:
-        number = re.match(r"\s*([+-]?0*\d{1,10})(?!\d)", message.data)  # as C++ reads one
-        floor = int(number[1]) if number else 1 << 31
-        if not -(1 << 31) <= floor < 1 << 31:
-            self.log_error(f"{self.spec.topic}: '{message.data:.80}' is no number of a floor")
-            return
-        if not self._steps:
-            steps = ("close", "move", "open", "wait", "close")
-            self._steps = tuple((step, floor) for step in steps)
-            self._until = math.nan
-
-    def update(self, time: float, period: float) -> None:
-        if self._steps and self._is_done(time, *self._steps[0]):
-            self._steps, self._until = self._steps[1:], math.nan
-        if math.isnan(self._began):
-            self._began = time
-            return
-        positions = self.model.joints.state()[0]
-        lift = positions[self.spec.lift] - self._floor * self.spec.height
-        door = positions[self.spec.door] - self._door
-        step = self.world.time_step
-        for joint, error, old, gains, elapsed in (
-            (self.spec.lift, lift, self._errors[0], LIFT_GAINS, step),
-            (self.spec.door, door, self._errors[1], DOOR_GAINS, time - self._began),
-        ):
-            effort = -gains[0] * error - gains[1] * (error - old) / elapsed
-            self.model.joints.add_effort(joint, effort)
-        self._errors = lift, door
-        self._there = abs(lift) < LIFT_NEAR, abs(door) < DOOR_NEAR
-
-    def _is_done(self, time: float, step: str, floor: int) -> bool:
-        """Begin a step, or tell whether it is made."""
-        if math.isnan(self._until):
-            self._until = time + (self.spec.wait if step == "wait" else 0.0)
-            if step == "move":
-                self._floor = floor
-            elif step != "wait":
-                self._door = OPEN if step == "open" else CLOSED
-            return False
-        if step == "wait":
-            return time >= self._until
-        return self._there[0 if step == "move" else 1]
 
 
 _WRENCH = {"wrench.force": 3, "wrench.torque": 3}

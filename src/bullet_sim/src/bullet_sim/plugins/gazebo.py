@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.parts.base import Part, Preparing, part_of
-from bullet_sim.plugins.drives import movable
+from bullet_sim.plugins.joints import movable
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import PluginSpec, link_of, number, read, reading, switch, vector
 from bullet_sim.plugins.xml import PluginXml

@@ -5,7 +5,7 @@ from __future__ import annotations
 import rospy
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.errors import SimError
-from bullet_sim.plugins.drives import MimicPidSpec
+from bullet_sim.plugins.joints import MimicPidSpec
 from control_toolbox.cfg import ParametersConfig
 
 from bullet_bridge.plugins.base import (
