@@ -18,7 +18,10 @@ def prepared(content, static=False):
     return ET.fromstring(text), text
 
 
-def link(mass=2.0, inertia='ixx="1" iyy="1" izz="1"', extra="", name="a"):
+INERTIA = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+
+
+def link(mass=2.0, inertia=INERTIA, extra="", name="a"):
     """A link."""
     return (
         f'<link name="{name}"><inertial><mass value="{mass}"/><inertia {inertia}/></inertial>'

@@ -75,7 +75,8 @@ class Part(Component):
         rng: generator of its noise, seeded.
         updated: time of the last update, or of the reset [s].
         every_step: update() is called after every physics step, not at the rate of the spec.
-        whole_periods: each period counts from the step of the update before, as upstream.
+        whole_periods: each period counts from the step of the update before, as Gazebo's sensors
+            (SensorManager's threads sleep for a period) and those of its plugins that say so.
         always: it is updated without subscribers, too.
         resets: /gazebo/reset_world resets it, as upstream's Reset() does; as an attribute of the
             specification it counts instead.
@@ -92,7 +93,7 @@ class Part(Component):
     CACHE: ClassVar[tuple[str, ...]] = ("_told", "senders")
     COMMANDS: ClassVar[Mapping[str, tuple[Any, str]]] = {}
     every_step: ClassVar[bool] = False
-    whole_periods: ClassVar[bool] = False
+    whole_periods: bool = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
     takes_images: ClassVar[bool] = False
@@ -197,16 +198,17 @@ class Part(Component):
     # time -------------------------------------------------------------------------------------
     def _rate(self) -> float:
         """Of updates [Hz]; at most one a physics step, as in Gazebo."""
-        fastest = 1.0 / self.world.time_step
-        if self.every_step or self._asked <= 0.0:
-            return fastest
-        rate = min(self._asked, fastest)
-        return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
+        return 1.0 / self.world.time_step if self.every_step else self._message_rate()
 
     @property
     def nominal_rate(self) -> float:
         """Of what it publishes [Hz] of simulated time."""
-        return getattr(self.spec, "rate", 0.0) or 1.0 / self.world.time_step
+        return self._message_rate()
+
+    def _message_rate(self) -> float:
+        fastest = 1.0 / self.world.time_step
+        rate = min(self._asked, fastest) if self._asked > 0.0 else fastest
+        return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
 
     def on_time_step(self) -> None:
         """Continue after a change of the physics step, or of the rate (simulation thread)."""

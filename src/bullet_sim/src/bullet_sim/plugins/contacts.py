@@ -82,7 +82,7 @@ class ContactSensor(Sensor):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
-    every_step = True
+    every_step = whole_periods = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -97,8 +97,7 @@ class ContactSensor(Sensor):
                 f"{', '.join(model.collision_names.values()) or '(none)'}"
             )
         self._steps: deque[tuple[ContactPair, ...]] = deque(maxlen=MOST_STEPS)
-        rate = min(self.nominal_rate, 1.0 / world.time_step)
-        self._messages = Schedule(rate, world.time_step, world.step_count)
+        self._messages = Schedule(self.nominal_rate, world.time_step, world.step_count)
 
     def make_output(self) -> ContactsOutput:
         return ContactsOutput(self.spec.topic, self.spec.frame_id)
@@ -112,8 +111,7 @@ class ContactSensor(Sensor):
         """Continue after a change of the physics step."""
         super().on_time_step()
         step = self.world.time_step
-        rate = min(self.nominal_rate, 1.0 / step)
-        self._messages.set_step(step, rate, self.world.step_count)
+        self._messages.set_step(step, self.nominal_rate, self.world.step_count)
 
     def update(self, time: float, period: float) -> None:
         self._steps.append(tuple(self._states(time)))

@@ -378,7 +378,7 @@ class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
     STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference", "_gyro_bias", "_accel_bias")
-    waits_for_time = watches = True
+    waits_for_time = watches = whole_periods = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -511,8 +511,6 @@ class ModelImuSensor(ImuSensor):
     its inverse. So they are in the sensor's axes only while these are parallel to the world's.
     """
 
-    whole_periods = True
-
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self._turn = Pose.from_xyz_rpy(*self.spec.pose).orientation
@@ -535,7 +533,7 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
     """
 
     CACHE: ClassVar[tuple[str, ...]] = ("_gravity", "_link")
-    resets = True
+    resets, whole_periods = True, False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

@@ -328,6 +328,10 @@ class RaysSensor(Sensor):
 
     def __init__(self, context: Any) -> None:
         self._lidar = self._make_lidar(context.spec)
+        spec = (
+            context.spec
+        )  # gpu_ray is updated with the cameras, hector's sonar has an UpdateTimer
+        self.whole_periods = not (spec.sees_visuals or getattr(spec, "tunable", False))
         super().__init__(context)
 
     def _make_lidar(self, spec: Any) -> Any:
