@@ -6,6 +6,7 @@ import types
 import dynamic_reconfigure.server
 from bullet_bridge.plugins import base
 from bullet_bridge.plugins.base import PluginContext, make_plugin
+from geometry_msgs.msg import Twist
 
 
 class Impl:
@@ -129,6 +130,13 @@ def fake_reconfigure(monkeypatch):
     )
     monkeypatch.setattr(dynamic_reconfigure.server, "rospy", ros)
     return params
+
+
+def twist(x, yaw=0.0, y=0.0):
+    """geometry_msgs/Twist of a base: forward and to the left [m/s], turning [rad/s]."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = x, y, yaw
+    return message
 
 
 def plugin_of(world, model, spec, seed=0, received=None):

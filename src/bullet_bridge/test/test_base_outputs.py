@@ -14,8 +14,8 @@ from bullet_sim.plugins.forces import (
 )
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of
-from geometry_msgs.msg import Twist, Wrench
+from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of, twist
+from geometry_msgs.msg import Wrench
 from std_srvs.srv import EmptyRequest
 
 GRAVITY = (0.0, 0.0, 0.0)
@@ -56,12 +56,6 @@ TRIKE = (
 )
 
 
-def command(x, y=0.0, yaw=0.0):
-    message = Twist()
-    message.linear.x, message.linear.y, message.angular.z = x, y, yaw
-    return message
-
-
 def run(plugin, world, steps):
     """Updates after each step, or when due, as the simulation makes them."""
     every = 1 if plugin.every_step or not plugin.spec.rate else round(1000 / plugin.spec.rate)
@@ -81,7 +75,7 @@ def pushed(world, topics, **values):
 
 def test_a_force_in_proportion_to_the_lack_of_speed(world, topics):
     plugin, received, model = pushed(world, topics, gains=(4.0, 8.0, 1.0))
-    received.take(command(1.0, -0.5, 0.2))
+    received.take(twist(1.0, 0.2, y=-0.5))
     run(plugin, world, 500)
     # of dv/dt = gain (wanted - v) / mass, by steps: v = wanted (1 - (1 - gain dt / mass)^n)
     _, linear, angular = model.link_state("base")
@@ -97,7 +91,7 @@ def test_a_force_in_proportion_to_the_lack_of_speed(world, topics):
 
 def test_odometry_adds_up_the_velocity_and_is_less_certain_while_it_turns(world, topics):
     plugin, received, model = pushed(world, topics, rate=50.0)
-    received.take(command(0.5, 0.2))
+    received.take(twist(0.5, y=0.2))
     run(plugin, world, 1000)
     odometry = topics["/odom"].messages[-1]
     assert len(topics["/odom"].messages) == pytest.approx(50, abs=3)
@@ -108,7 +102,7 @@ def test_odometry_adds_up_the_velocity_and_is_less_certain_while_it_turns(world,
     assert odometry.pose.covariance[0] == 0.001 and odometry.pose.covariance[14] == 1e12
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
-    received.take(command(0.5, 0.0, 0.5))
+    received.take(twist(0.5, 0.5))
     run(plugin, world, 200)
     turning = topics["/odom"].messages[-1]
     assert turning.pose.covariance[35] == turning.twist.covariance[35] == 100.0
@@ -116,7 +110,7 @@ def test_odometry_adds_up_the_velocity_and_is_less_certain_while_it_turns(world,
 
 def test_without_a_command_it_stops_after_the_timeout(world, topics):
     plugin, received, model = pushed(world, topics, timeout=0.25, sideways=False, publish_tf=False)
-    received.take(command(1.0, 0.5))
+    received.take(twist(1.0, y=0.5))
     run(plugin, world, 200)
     assert model.link_state("base")[1][:2] == pytest.approx((1.0, 0.5), rel=0.01)
     assert topics["/odom"].messages[-1].twist.twist.linear.y == 0.0, "ridgeback's knows x alone"
@@ -127,14 +121,14 @@ def test_without_a_command_it_stops_after_the_timeout(world, topics):
 
 def test_maxima_hold_upwards_alone_as_upstream(world, topics):
     plugin, received, model = pushed(world, topics, maxima=(0.6, 0.6, 0.5))
-    received.take(command(2.0, -2.0))
+    received.take(twist(2.0, y=-2.0))
     run(plugin, world, 300)
     assert model.link_state("base")[1][:2] == pytest.approx((0.6, -2.0), rel=0.01)
 
 
 def test_robotniks_stays_where_it_is_after_its_watchdog(world, topics):
     plugin, received, model = pushed(world, topics, timeout=0.1, holds=True)
-    received.take(command(1.0))
+    received.take(twist(1.0))
     run(plugin, world, 150)
     held = model.pose.position
     world.engine.set_gravity((0.0, 0.0, -9.81))
@@ -143,7 +137,7 @@ def test_robotniks_stays_where_it_is_after_its_watchdog(world, topics):
     run(plugin, world, 300)
     assert math.dist(model.pose.position, held) < 1e-4
     assert len(topics["/odom"].messages) == count, "upstream sends no odometry then"
-    received.take(command(1.0))
+    received.take(twist(1.0))
     run(plugin, world, 50)
     assert model.pose.position[0] > held[0] + 0.01
 
@@ -163,7 +157,7 @@ def trike(world, received, **values):
 def test_a_tricycle_drives_the_circle_of_its_geometry(world, topics):
     received = FakeReceivedCounts()
     plugin, model = trike(world, received)
-    received.take(command(0.5, yaw=0.4))
+    received.take(twist(0.5, 0.4))
     run(plugin, world, 3000)
     # the driven wheel goes round at 0.5 m/s on a radius of 0.4 / sin(0.4)
     assert model.link_state("base")[2][2] == pytest.approx(0.5 * math.sin(0.4) / 0.4, rel=0.02)
@@ -185,7 +179,7 @@ def test_a_tricycle_steers_with_a_speed_and_tells_of_its_wheels(world, topics):
         wheel_states_topic="/joint_states",
         wheel_frames=frames,
     )
-    received.take(command(0.0, yaw=0.3))
+    received.take(twist(0.0, 0.3))
     run(plugin, world, 500)
     assert model.joints.positions_of(("steer",))[0] == pytest.approx(0.2, abs=0.02)
     run(plugin, world, 1000)
@@ -202,7 +196,7 @@ def test_a_tricycle_steers_with_a_speed_and_tells_of_its_wheels(world, topics):
 def test_odometry_by_a_tricycles_encoders(world, topics):
     received = FakeReceivedCounts()
     plugin, model = trike(world, received, from_wheels=True)
-    received.take(command(0.5))
+    received.take(twist(0.5))
     run(plugin, world, 2000)
     last = topics["/odom"].messages[-1]
     assert last.pose.pose.position.x == pytest.approx(model.pose.position[0], rel=0.03)
@@ -216,7 +210,7 @@ def test_bases_of_many_wheels_give_them_their_velocity(world, topics):
     )
     received = FakeReceivedCounts()
     plugin = plugin_of(world, model, spec, received=received)
-    received.take(command(0.5, yaw=1.0))
+    received.take(twist(0.5, 1.0))
     run(plugin, world, 20)
     rates = dict(zip(model.joints.names, model.joints.arrays()[1]))
     assert rates["left_j"] == pytest.approx(3.0, rel=1e-3)  # (0.5 - 0.2) / 0.1

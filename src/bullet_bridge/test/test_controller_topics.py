@@ -12,7 +12,7 @@ from bullet_bridge.plugins import base
 from bullet_sim.controllers import manager
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
-from fake_impl import FakeServer, fake_reconfigure
+from fake_impl import FakeServer, fake_reconfigure, twist
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -113,12 +113,6 @@ def _bot(monkeypatch):
     bot = Bot(monkeypatch, URDF, PARAMS)
     yield bot
     bot.world.close()
-
-
-def twist(linear, angular):
-    message = Twist()
-    message.linear.x, message.angular.z = linear, angular
-    return message
 
 
 def test_state_comes_every_tenth_step_with_the_time_of_its_measurement(bot):

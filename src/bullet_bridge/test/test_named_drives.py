@@ -3,8 +3,7 @@ command say; odometry and transforms come where and as they are named."""
 
 import pytest
 from bullet_sim.pose import Pose
-from fake_impl import FakeReceivedCounts, plugin_of
-from geometry_msgs.msg import Twist
+from fake_impl import FakeReceivedCounts, plugin_of, twist
 from test_plugin_outputs import CART
 
 GRAVITY = (0.0, 0.0, 0.0)  # wheels in the air: as fast as they are commanded
@@ -49,9 +48,7 @@ def driven(world, topics, library, tags, seconds=0.5):
     received = FakeReceivedCounts()
     plugin = plugin_of(world, cart, spec, 1, received)
     plugin.prepare()
-    command = Twist()
-    command.linear.x, command.angular.z = SPEED, YAW_RATE
-    received.take(command)
+    received.take(twist(SPEED, YAW_RATE))
     while world.time < seconds:
         plugin.update(world.time, 0.0)
         world.step(10)

@@ -31,8 +31,8 @@ from fake_impl import (
     Topic,
     in_thread,
     plugin_of,
+    twist,
 )
-from geometry_msgs.msg import Twist
 from sensor_msgs.srv import SetCameraInfoRequest
 
 from bullet_bridge import robots
@@ -532,9 +532,7 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     received = FakeReceivedCounts()
     output = plugin_of(world, cart, cart.description.sensors[0], received=received)
     assert received.topic == "/n/cmd_vel" and output.needs_update()
-    command = Twist()
-    command.linear.x, command.angular.z = 0.3, 0.5
-    received.take(command)
+    received.take(twist(0.3, 0.5))
     for _ in range(100):
         world.step(20)
         output.update(world.time, 0.0)
@@ -545,10 +543,9 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base_footprint")
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
-    twist = odometry.twist.twist
-    assert (twist.linear.z, twist.angular.x, twist.angular.y) == (0.0, 0.0, 0.0), "as upstream"
-    command.linear.x = math.nan
-    received.take(command)
+    sent = odometry.twist.twist
+    assert (sent.linear.z, sent.angular.x, sent.angular.y) == (0.0, 0.0, 0.0), "as upstream"
+    received.take(twist(math.nan))
     world.step(20)
     output.update(world.time, 0.0)
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
@@ -562,9 +559,7 @@ def test_the_encoders_odometry_has_no_sign_backwards_as_upstream(topics, world, 
     cart = world.spawn_urdf("cart", text, Pose((0.0, 0.0, 0.1)), str)
     received = FakeReceivedCounts()
     output = plugin_of(world, cart, cart.description.sensors[0], received=received)
-    command = Twist()
-    command.linear.x = -0.3
-    received.take(command)
+    received.take(twist(-0.3))
     for _ in range(100):
         world.step(20)
         output.update(world.time, 0.0)

@@ -23,8 +23,8 @@ from bullet_sim.plugins.inertial import (
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of
-from geometry_msgs.msg import Twist, Vector3
+from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of, twist
+from geometry_msgs.msg import Vector3
 from hector_gazebo_plugins.srv import SetBiasRequest, SetReferenceGeoPoseRequest
 from sensor_msgs.msg import PointCloud, Range
 
@@ -68,6 +68,13 @@ def _cart(world):
 
 def made(spec, world, model, received=None):
     return plugin_of(world, model, spec, 1, received)
+
+
+def run(output, world, steps):
+    """Updates before each step."""
+    for _ in range(steps):
+        output.update(world.time, 0.0)
+        world.step(1)
 
 
 SCAN = dict(samples=9, min_angle=-0.4, max_angle=0.4, range_min=0.2, range_max=10.0)
@@ -469,14 +476,10 @@ def test_planar_move(topics, world, cart, monkeypatch):
     received = FakeReceivedCounts()
     output = made(PlanarMoveSpec("p", "base", rate=20.0, timeout=0.5), world, cart, received)
     assert received.topic == "/cmd_vel" and output.needs_update()
-    command = Twist()
-    command.linear.x, command.linear.y, command.angular.z = 0.4, 0.2, 0.0
     world.engine.set_gravity((0.0, 0.0, 0.0))  # friction slows it within a step, as in Gazebo
     cart.set_state(Pose((0.0, 0.0, 1.0)))
-    received.take(command)
-    for _ in range(400):
-        output.update(world.time, 0.0)
-        world.step(1)
+    received.take(twist(0.4, y=0.2))
+    run(output, world, 400)
     x, y, _ = cart.pose.position
     assert (x, y) == pytest.approx((0.16, 0.08), abs=1e-3)
     odometry = topics["/odom"].messages[-1]
@@ -485,15 +488,12 @@ def test_planar_move(topics, world, cart, monkeypatch):
     assert topics["/tf"].messages[-1].transforms[0].transform.translation.z == pytest.approx(1.0)
     assert len(topics["/odom"].messages) == pytest.approx(8, abs=1)  # 20 Hz for 0.4 s
     assert topics["/tf"].messages[-1].transforms[0].child_frame_id == "base_footprint"
-    for _ in range(400):  # beyond the timeout
-        output.update(world.time, 0.0)
-        world.step(1)
+    run(output, world, 400)  # beyond the timeout
     assert cart.link_state("base")[1] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     assert cart.pose.position[0] == pytest.approx(0.2, abs=0.01)
     logged = []
     monkeypatch.setattr(base.rospy, "logerr", lambda _, text: logged.append(text))
-    command.linear.x = math.nan
-    received.take(command)
+    received.take(twist(math.nan))
     output.update(world.time, 0.0)
     assert len(logged) == 1 and "/cmd_vel" in logged[0]
     output.close()
@@ -523,9 +523,7 @@ def test_an_imu_waits_for_its_time_where_it_has_a_rate(topics, world, cart, rate
 def test_planar_move_drives_on_when_time_goes_back_and_its_odometry_waits(topics, world, cart):
     received = FakeReceivedCounts()
     output = made(PlanarMoveSpec("p", "base", rate=20.0), world, cart, received)
-    command = Twist()
-    command.linear.x = 0.5
-    received.take(command)
+    received.take(twist(0.5))
     for time, odometry in ((0.4, 7), (0.39, 0), (0.5, 2)):
         sent = len(topics["/odom"].messages)
         while world.time < time - 1e-6:
@@ -546,22 +544,20 @@ def test_a_drive_without_a_reset_of_its_own_waits_for_its_time(topics, world, ca
     spec = replace(CART_DRIVE, rate=20.0, resets=resets)
     output = made(spec, world, cart, received)
     assert output.resets_with_model is resets
-    command = Twist()
-    command.linear.x = 0.5
-    received.take(command)
+    received.take(twist(0.5))
 
-    def run(until):
+    def run_to(until):
         while world.time < until - 1e-6:
             world.step(1)
             output.schedule.check_subscribers(world.step_count)
             if output.schedule.due(world.step_count):
                 output.update(world.time, 0.0)
 
-    run(0.4)
+    run_to(0.4)
     world.start_over()
     (output.reset if resets else output.go_back)(world.time)
     sent = len(topics["/odom"].messages)
-    run(0.39)
+    run_to(0.39)
     assert len(topics["/odom"].messages) - sent == count
     speed = 0.0 if resets else 5.0
     assert cart.joints.state()[1]["left"] == pytest.approx(speed, abs=0.1)
@@ -585,19 +581,13 @@ def test_a_command_before_the_first_update_counts(topics, world, cart, spec):
     received = FakeReceivedCounts()
     output = made(spec, world, cart, received)
     output.prepare()
-    command = Twist()
-    command.linear.x = 0.3
-    received.take(command)
+    received.take(twist(0.3))
     assert output.schedule.check_subscribers(world.step_count), "the first look starts it"
-    for _ in range(500):
-        output.update(world.time, 0.0)
-        world.step(1)
+    run(output, world, 500)
     assert cart.link_state("base")[1][0] == pytest.approx(0.3, abs=0.03)
     output.reset(world.time)
     output.prepare()
-    for _ in range(500):
-        output.update(world.time, 0.0)
-        world.step(1)
+    run(output, world, 500)
     assert cart.link_state("base")[1][0] == pytest.approx(0.0, abs=0.01), "a reset drops it"
     output.close()
 
@@ -607,9 +597,7 @@ def test_diff_drive_tells_of_its_wheels(topics, world, cart):
     spec = replace(CART_DRIVE, wheel_states_topic="/joint_states", wheel_frames=frames)
     received = FakeReceivedCounts()
     output = made(spec, world, cart, received)
-    command = Twist()
-    command.linear.x = 0.3
-    received.take(command)
+    received.take(twist(0.3))
     for _ in range(50):
         output.update(world.time, 0.0)
         world.step(10)

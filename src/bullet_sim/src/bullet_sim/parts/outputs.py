@@ -104,15 +104,10 @@ class OdometryOutput(Output):
         return {**POSE, **TWIST}
 
     def fields(self, *values: Any, **options: Any) -> Fields:
-        position, orientation, linear, angular = map(_row, values[:4])
+        fields = dict(zip(self.shapes(), map(_row, values)))
         if options.get("flat"):
-            position[2] = 0.0
-        return {
-            "position": position,
-            "orientation": orientation,
-            "linear": linear,
-            "angular": angular,
-        }
+            fields["position"][2] = 0.0
+        return fields
 
 
 @dataclass(frozen=True)

@@ -594,10 +594,5 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
         if yaw := of_heading.bias[0]:
             orientation = multiply(quaternion_from_yaw(yaw), orientation)
         if self._bias_sender is not None:
-            self._bias_sender.send(
-                time,
-                (0.0, 0.0, 0.0, 1.0),
-                of_rate.bias,
-                tilting,
-            )
+            self._bias_sender.send(time, (0.0, 0.0, 0.0, 1.0), of_rate.bias, tilting)
         return orientation, rate, force
