@@ -18,6 +18,7 @@ from paddock_gym.envs.tasks import Lane, Task
 from paddock_gym.envs.worlds import RobotWorldsEnv
 from paddock_gym.errors import GymError, RewardError
 from paddock_gym.simulation.recipe import Recipe, Spawn
+from paddock_gym.simulation.robot_world import RobotWorld
 from pettingzoo.test import parallel_api_test
 
 import paddock_gym  # noqa: F401  registers its environments
@@ -196,6 +197,27 @@ def test_fixed_joints_are_kept_or_merged_as_in_the_node(make, tmp_path, monkeypa
     assert read(str(launch)).fixed_joints == "keep"
     monkeypatch.setenv("PADDOCK_FIXED_JOINTS", "merge")
     assert read(str(launch)).fixed_joints == "merge"
+
+
+FLOAT = (
+    '<gazebo><plugin name="p" filename="libBuoyancyPlugin.so"><fluid_density>2e3</fluid_density>'
+    '</plugin><plugin name="f" filename="libgazebo_ros_f3d.so"><bodyName>base</bodyName>'
+    '<topicName>force</topicName></plugin><plugin name="hog" filename="libgazebo_ros_hand_of_god.so"'
+    "><linkName>base</linkName></plugin></gazebo></robot>"
+)
+
+
+def test_plugins_act_as_in_the_node_but_those_that_need_ros():
+    floating = pathlib.Path(CART).read_text().replace("</robot>", FLOAT)
+    world = RobotWorld(Recipe(spawns=(Spawn("cart", floating, Pose((0.0, 0.0, 0.1))),)))
+    world.observe(("/force",))
+    world.advance(200)
+    assert world.world.model("cart").pose.position[2] > 0.15, "the fluid lifts it"
+    assert np.any(world.topics["/force"].fields["wrench.force"])
+    assert [text for text in world.warnings if "ROS alone" in text] == [
+        "model 'cart': hog acts with ROS alone"
+    ]
+    world.close()
 
 
 def test_scaled_actions_and_limits(make):
