@@ -7,7 +7,6 @@ of inertial frames) in the world, quaternions are (x, y, z, w), velocities along
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Tuple
 
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector
@@ -22,8 +21,7 @@ BodyLink = Tuple[int, str]  # number of a body, and the name of one of its links
 WORLD: BodyLink = (-1, "")  # in the place of a link to which something is attached
 
 
-@dataclass(frozen=True)
-class Contact:
+class Contact(NamedTuple):
     """One contact point, seen from a link.
 
     Attributes:

@@ -16,7 +16,7 @@ from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.rules import PLAIN
 from bullet_sim.plugins.spec import PluginSpec, frame_of, rate_of, reading, topic_of
 from bullet_sim.plugins.xml import SensorXml
-from bullet_sim.pose import Array, Pose, cross
+from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.contact import nearest, watched
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ class ContactSensor(Sensor):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
+    CACHE: ClassVar[tuple[str, ...]] = ("_names",)
     every_step = whole_periods = True
 
     def __init__(self, context: Any) -> None:
@@ -90,6 +91,7 @@ class ContactSensor(Sensor):
         names, missing = watched(spec, model.description)
         self._monitored = {f"{model.name}::{name}" for name in names}
         self._part = model.link_in_body(spec.link)[0]
+        self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
         if missing:
             self.log_warning(
                 f"contact sensor '{spec.name}' of '{model.name}' tells nothing of "
@@ -135,9 +137,10 @@ class ContactSensor(Sensor):
                 pairs.setdefault(pair, []).append(contact)
         return [self._state(time, *names, contacts) for names, contacts in pairs.items()]
 
-    @staticmethod
-    def _named(model: Model, part: str, position: Array) -> str:
+    def _named(self, model: Model, part: str, position: Array) -> str:
         """model::link::collision of the shape that a point in the world is on."""
+        if (model, part) in self._names:
+            return self._names[model, part]
         shapes = model.rigid_parts[part].collisions
         if not shapes:
             return f"{model.name}::{part}::collision"
@@ -147,8 +150,10 @@ class ContactSensor(Sensor):
             local = pose.matrix.T @ (position - np.asarray(pose.position))
             shape = nearest(shapes, local) or shape
         plain = f"{shape.link or part}::{shape.name or 'collision'}"
-        collision = model.collision_names.get((shape.link, shape.number), plain)
-        return f"{model.name}::{collision}"
+        name = f"{model.name}::{model.collision_names.get((shape.link, shape.number), plain)}"
+        if len(shapes) == 1:
+            self._names[model, part] = name
+        return name
 
     def _model_of(self, contact: Contact) -> Model | None:
         models = self.world.models.values()
@@ -172,18 +177,18 @@ class ContactSensor(Sensor):
         if first[0] is not None:
             rotation = Pose(*first[0].body.link_motion(first[1])[:2]).matrix.T
         center = (pushed[0] or self.model).body.link_center(pushed[1])
-        wrenches = []
-        for contact in contacts:
-            force = pushes * contact.force
-            torque = cross(contact.position - center, force)
-            wrenches.append(np.concatenate([rotation @ force, rotation @ torque]))
+        positions = np.array([contact.position for contact in contacts])
+        forces = pushes * np.array([contact.force for contact in contacts])
+        (x, y, z), (u, v, w) = (positions - center).T, forces.T
+        vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
+        wrenches = (rotation @ vectors[..., None]).reshape(-1, 6)
         return ContactPair(
             time,
             one,
             two,
             tuple(wrenches),
-            sum(wrenches, np.zeros(6)),
-            tuple(contact.position for contact in contacts),
-            tuple(sign * contact.normal for contact in contacts),
+            np.add.reduce(wrenches, 0, initial=0.0),
+            tuple(positions),
+            tuple(sign * np.array([contact.normal for contact in contacts])),
             tuple(contact.depth for contact in contacts),
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from operator import itemgetter
 from typing import Any, Callable, Tuple
@@ -585,7 +585,7 @@ class OdeBody:
             other: last.is_first(own, other)
             for other in {(contact.body, contact.link) for contact in contacts}
         }
-        contacts = [replace(c, is_first=firsts[c.body, c.link]) for c in contacts]
+        contacts = [c._replace(is_first=firsts[c.body, c.link]) for c in contacts]
         if self._engine.arrays.passable:
             contacts += self._engine.mirror.overlaps(own)
         return contacts
