@@ -92,6 +92,7 @@ UNCLEAR = {
     r"\bbefore / now\b|\bone run each\b, of other": "one state: that of today",
     r"it is used instead of ours|made from between": "which one is used; untested",
     r"github\.com/OWNER|\bREPOSITORY\b": "docs/project.yml has the address",
+    r"\b[Aa]new\b|\b[Tt]oday\b|\bno longer\b|\b[Ss]till\b": "what is so, not how it came",
 }
 
 

@@ -41,10 +41,11 @@ ALWAYS = {  # parameters without which a plugin is none
 }  # fmt: skip
 
 
-def sent(world, topics, library, tags):
-    """The topics on which a plugin of a cart has sent something, with their last messages."""
+def made(world, library, tags, always=None):
+    """A plugin of a cart before a wall."""
     kind = NAMED[library][0]
-    content = ALWAYS.get(library, "") + "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags)
+    always = ALWAYS.get(library, "") if always is None else always
+    content = always + "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags)
     plugin = f'<plugin name="p" filename="lib{library}.so">{content}</plugin>'
     inner = {"ray": RAY, "contact": CONTACT}.get(kind, "")
     sensor = f'<sensor name="s" type="{kind}"><update_rate>10</update_rate>{inner}{plugin}</sensor>'
@@ -60,10 +61,15 @@ def sent(world, topics, library, tags):
         "cart", text.replace("</robot>", f"{element}</robot>"), Pose((0, 0, 0.1)), str
     )
     (spec,) = cart.description.sensors
-    made = plugin_of(world, cart, spec, 1)
+    return plugin_of(world, cart, spec, 1)
+
+
+def sent(world, topics, library, tags):
+    """The topics on which a plugin of a cart has sent something, with their last messages."""
+    plugin = made(world, library, tags)
     for _ in range(3):
         world.step(100)
-        made.update(world.time, 0.0)
+        plugin.update(world.time, 0.0)
     return {name: topic.messages[-1] for name, topic in topics.items() if topic.messages}
 
 
@@ -74,3 +80,37 @@ def test_messages_come_on_the_topic_and_in_the_frame_that_are_named(world, topic
     found = sent(world, topics, library, [*tags, *([(frame, "mine")] if frame else [])])
     assert "/ns/given/topic" in found
     assert found["/ns/given/topic"].header.frame_id == ("mine" if frame else "left_wheel")
+
+
+@pytest.mark.parametrize(
+    "library",
+    ["gazebo_ros_ft_sensor", "gazebo_ros_imu", "gazebo_ros_p3d", "gazebo_ros_range",
+     "hector_gazebo_ros_imu", "hector_gazebo_ros_gps", "hector_gazebo_ros_magnetic",
+     "hector_gazebo_ros_sonar"],
+)  # fmt: skip
+def test_messages_come_at_the_rate_that_is_named(world, topics, library):
+    tags = [("robotNamespace", "ns"), (NAMED[library][1], "given"), ("updateRate", 5)]
+    plugin = made(world, library, tags)
+    plugin.schedule.check_subscribers(world.step_count)
+    for _ in range(2000):
+        world.step(1)
+        if plugin.schedule.due(world.step_count):
+            plugin.update(world.time, 0.0)
+    assert len(topics["/ns/given"].messages) == pytest.approx(10, abs=1)
+
+
+def test_the_body_that_is_named_is_measured(world, topics):
+    """The left wheel's place; where no frame is named, hector's sensors have the body's name."""
+    found = {}
+    for library in ("gazebo_ros_p3d", "hector_gazebo_ros_imu", "hector_gazebo_ros_magnetic"):
+        for name in list(world.models):
+            world.delete(name)
+        tags = [("robotNamespace", library), ("topicName", "t"), ("bodyName", "left_wheel")]
+        plugin = made(world, library, tags, always="")
+        world.step(10)
+        for time in (0.5, 1.0, 1.5):
+            plugin.update(time, 0.0)
+        found[library] = topics[f"/{library}/t"].messages[-1]
+    assert found["gazebo_ros_p3d"].pose.pose.position.y == pytest.approx(0.15, abs=0.01)
+    for library in ("hector_gazebo_ros_imu", "hector_gazebo_ros_magnetic"):
+        assert found[library].header.frame_id == "left_wheel"
