@@ -9,8 +9,8 @@ NAME.gazebo.2.json and so on. A package that FOLDER does not have stays as it is
 
 A driven phase is alike when speed and yaw rate of its second half, the median of Paddock's runs,
 are within 5 % of one of Gazebo's, or within 0.01 m/s and 0.015 rad/s. Where Gazebo's own runs
-differ by more than 10 %, it is counted as neither. At rest it is the way that must be within 3 mm,
-or half of Gazebo's more.
+differ by more than 10 %, it is counted as neither; where Paddock's alone do, it is not alike. At
+rest it is the way that must be within 3 mm, or half of Gazebo's more.
 """
 
 import argparse
@@ -80,6 +80,11 @@ def motion_of(rows):
     return Motion(way(rows), way(late) / seconds, turn / seconds)
 
 
+def differs(values, least):
+    """Whether values of several runs differ by more than SPREAD, and by more than `least`."""
+    return max(values) - min(values) > max(SPREAD * max(map(abs, values)), least)
+
+
 @dataclass(frozen=True)
 class Compared:
     """A phase in both simulators.
@@ -93,6 +98,10 @@ class Compared:
     phase: str
     gazebo: tuple
     paddock: tuple
+
+    @property
+    def _sides(self):
+        return self.gazebo, self.paddock
 
     @property
     def is_driven(self):
@@ -109,12 +118,15 @@ class Compared:
             return ALIKE if near else OTHERWISE
         found = set()
         for name, least in (("speed", SPEED), ("rate", RATE)):
-            theirs = [getattr(run, name) for run in self.gazebo]
-            ours = statistics.median(getattr(run, name) for run in self.paddock)
-            if max(theirs) - min(theirs) > max(SPREAD * max(map(abs, theirs)), least):
+            theirs, ours = ([getattr(run, name) for run in side] for side in self._sides)
+            if differs(theirs, least):
                 return VARIES
-            bounds = [(abs(ours - a), max(RATIO * max(abs(ours), abs(a)), least)) for a in theirs]
-            found.add(any(distance <= bound for distance, bound in bounds))
+            middle = statistics.median(ours)
+            bounds = (
+                (abs(middle - a), max(RATIO * max(abs(middle), abs(a)), least)) for a in theirs
+            )
+            near = any(distance <= bound for distance, bound in bounds)
+            found.add(near and not differs(ours, least))
         return OTHERWISE if False in found else ALIKE
 
 
@@ -351,7 +363,8 @@ RULE = """
   stands, or that does not move in Gazebo when it is commanded, is counted apart.
 - **Alike**: speed and yaw rate of the phase's second half are within 5 % of one run of Gazebo, or
   within 0.01 m/s and 0.015 rad/s.
-- **Gazebo varies**: its own runs differ by more than 10 %. {runs}
+- **Gazebo varies**: its own runs differ by more than 10 %. Where Paddock's alone do, the phase is
+  not alike. {runs}
 - **At rest**: the robot creeps at most 3 mm, or half as much again as in Gazebo.
 - Robots without recorded paths that deviate, by [cause](gazebo-comparison.md#motion), are not in
   the table: {others}.
