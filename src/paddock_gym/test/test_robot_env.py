@@ -202,8 +202,8 @@ def test_fixed_joints_are_kept_or_merged_as_in_the_node(make, tmp_path, monkeypa
 FLOAT = (
     '<gazebo><plugin name="p" filename="libBuoyancyPlugin.so"><fluid_density>2e3</fluid_density>'
     '</plugin><plugin name="f" filename="libgazebo_ros_f3d.so"><bodyName>base</bodyName>'
-    '<topicName>force</topicName></plugin><plugin name="hog" filename="libgazebo_ros_hand_of_god.so"'
-    "><linkName>base</linkName></plugin></gazebo></robot>"
+    '<topicName>force</topicName></plugin><plugin name="hog" '
+    'filename="libgazebo_ros_hand_of_god.so"><linkName>base</linkName></plugin></gazebo></robot>'
 )
 
 
