@@ -10,6 +10,7 @@ from bullet_sim.engine.api import Rays
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.meshes.read import MeshFileResolver
+from bullet_sim.meshes.triangles import mesh_triangles
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from PIL import Image
@@ -206,7 +207,9 @@ def test_obj_with_two_materials_becomes_two_parts(tmp_path):
         ("a.stl", binary_stl([(np.nan, 0, 0)] * 4), "no numbers"),
         ("a.stl", b"\0" * 80 + struct.pack("<I", 0), "no triangles"),
         ("a.stl", "solid x\nendsolid x\n", "a.stl"),
-        ("a.stl", b"\x01\x02", "a.stl"),
+        ("a.stl", b"\x01\x02", "no triangles"),
+        ("a.stl", binary_stl()[:-60], "cut off after 2 triangles"),
+        ("a.stl", ASCII_STL.replace("vertex 0 0 1", "vertex 0 0", 1), "lacks a corner"),
         ("a.dae", "<COLLADA", "cannot be read"),
         ("a.dae", "no xml", "cannot be read"),
         ("a.dae", DAE.replace(">0 0 0 1 0 0 ", ">1e30 0 0 1 0 0 "), "beyond"),
@@ -227,6 +230,85 @@ def test_submesh_and_its_names(tmp_path):
     np.testing.assert_allclose(corners(shape).max(axis=0), (1, 2, 0))
     shapes, warnings = localised(tmp_path, "m.obj", content, submesh="third")
     assert shapes == [] and "no part 'third'" in warnings[0] and "second" in warnings[0]
+
+
+INSTANCE = DAE[DAE.index("<instance_geometry") : DAE.index("</node>")]
+SKIN = """<library_controllers><controller id="c"><skin source="#g">
+<bind_shape_matrix>1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix>
+<source id="j"><Name_array id="ja" count="1">b</Name_array><technique_common>
+<accessor source="#ja" count="1" stride="1"><param name="JOINT" type="name"/></accessor>
+</technique_common></source><source id="i"><float_array id="ia" count="16">1 0 0 0 0 1 0 0 0 0 1 0
+0 0 0 1</float_array><technique_common><accessor source="#ia" count="1" stride="16">
+<param name="TRANSFORM" type="float4x4"/></accessor></technique_common></source>
+<source id="w"><float_array id="wa" count="1">1</float_array><technique_common>
+<accessor source="#wa" count="1" stride="1"><param name="WEIGHT" type="float"/></accessor>
+</technique_common></source><joints><input semantic="JOINT" source="#j"/>
+<input semantic="INV_BIND_MATRIX" source="#i"/></joints><vertex_weights count="4">
+<input semantic="JOINT" source="#j" offset="0"/><input semantic="WEIGHT" source="#w" offset="1"/>
+<vcount>1 1 1 1</vcount><v>0 0 0 0 0 0 0 0</v></vertex_weights></skin></controller>
+</library_controllers><library_visual_scenes>"""
+SKINNED = DAE.replace("<library_visual_scenes>", SKIN).replace(
+    INSTANCE, '<instance_controller url="#c"/>'
+)
+POLYGONS = SKINNED.replace("triangles", "polylist").replace("<p>", "<vcount>3 3</vcount><p>")
+
+
+@pytest.mark.parametrize(
+    "text, low, high, words",
+    [
+        (DAE.replace(' xmlns="http://www.collada.org/2005/11/COLLADASchema"', ""), 10, 11, ""),
+        (DAE.replace('target="#ma"', 'target="#gone"'), 10, 11, ""),
+        (SKINNED, 10, 11, ""),
+        (POLYGONS, 15, 16, ""),
+        (DAE.replace("</node>", f"</node><node id='m'>{INSTANCE}</node>"), 10, 11, "'g' are where"),
+    ],
+    ids=["no namespace", "no material", "skin", "skin of polygons", "two instances"],
+)
+def test_collada_is_read_as_gazebo_11_1_reads_it(tmp_path, text, low, high, words):
+    """Measured there: MeshManager::Load of such files."""
+    shapes, warnings = localised(tmp_path, "m.dae", text)
+    assert len(warnings) == bool(words) and words in "".join(warnings)
+    points = np.vstack([corners(shape) for shape in shapes]) / 0.0254
+    assert points[:, 0].min() == pytest.approx(low, abs=1e-4)
+    assert points[:, 0].max() == pytest.approx(high, abs=1e-4)
+
+
+def test_the_parts_of_a_dae_have_the_names_of_their_nodes(tmp_path):
+    """As ColladaLoader names submeshes. A visual has all of a name; a collision the first, and the
+    whole mesh where there is none, as Gazebo 11.1 does it."""
+    text = DAE.replace('<node id="n">', '<node id="n" name="Wheel">')
+    for role, name, triangles in (
+        ("visuals", "Wheel", 4),
+        ("collisions", "Wheel", 2),
+        ("collisions", "Whee", 4),
+    ):
+        shapes, warnings = localised(tmp_path, "m.dae", text, role, submesh=name)
+        assert warnings == [] and sum(len(corners(s)) for s in shapes) == 3 * triangles
+    _, (warning,) = localised(tmp_path, "m.dae", text, submesh="Whee")
+    assert "no part 'Whee'; parts are Wheel" in warning
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        binary_stl() + b"what follows the triangles",
+        b"solid facet of a CAD".ljust(80) + binary_stl()[80:],
+        ASCII_STL.replace("solid t", "solid Ger\xe4t").encode("latin-1"),
+        "\n  " + ASCII_STL.upper().replace("\n", "\r\n\t"),
+        ASCII_STL + ASCII_STL.replace("solid t", "solid u"),
+    ],
+    ids=["rest", "binary with solid", "Latin-1", "upper case", "two solids"],
+)
+@pytest.mark.parametrize("scale", [1.0, -1.0])
+def test_stl_is_read_as_gazebo_11_1_reads_it(tmp_path, content, scale):
+    path = tmp_path / "m.stl"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode("latin-1"))
+    triangles = mesh_triangles(str(path))
+    assert triangles is not None and {tuple(row) for row in triangles.reshape(-1, 3)} == set(
+        TETRAHEDRON
+    )
+    shapes, warnings = localised(tmp_path, "m.stl", content, scale=(scale, 1.0, 1.0))
+    assert len(shapes) == 1 and warnings == []
 
 
 def test_same_content_is_converted_once(tmp_path):
@@ -325,4 +407,4 @@ def test_a_dae_whose_image_is_missing_is_told(tmp_path):
     text = DAE.replace("<library_effects>", image).replace(color, texture, 1)
     text = text.replace("<profile_COMMON>", f"<profile_COMMON>{parameters}", 1)
     _, (warning,) = localised(tmp_path, "m.dae", text)
-    assert "m.dae' is left out" in warning and "'wood.png' is neither in" in warning
+    assert "m.dae': an image is left out" in warning and "'wood.png' is neither in" in warning

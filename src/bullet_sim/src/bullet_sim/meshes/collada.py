@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import re
 from collections.abc import Iterator
-from typing import IO, TYPE_CHECKING, Any, Callable, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Tuple
 
 import numpy as np
 
@@ -14,33 +16,56 @@ from bullet_sim.pose import Array
 if TYPE_CHECKING:
     import trimesh
 
-Part = Tuple[str, "trimesh.Trimesh", Array]  # name of its geometry, mesh, pose (4, 4) in the file
+Part = Tuple[str, "trimesh.Trimesh", Array]  # name of its node, mesh, pose (4, 4) in the file
 OpenImage = Callable[[str], Any]  # name in the file -> Pillow image; raises OSError, ModelError
+_ROOT = re.compile(r"<COLLADA\b(?![^>]*\sxmlns\s*=)")
+_SPACE = '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"'
+_MATERIAL = re.compile(r'<material\b[^>]*?\bid="([^"]*)"')
+_BOUND = re.compile(
+    r'<instance_material\b[^>]*?\btarget="#([^"]*)"[^>]*?(?:/>|(?<!/)>.*?</instance_material>)',
+    re.DOTALL,
+)
 
 
-def read_collada(file: IO[bytes], open_image: OpenImage) -> tuple[list[Part], float]:
+def mended(text: str) -> str:
+    """A text with a namespace, and without materials that do not exist: Gazebo needs neither."""
+    known = set(_MATERIAL.findall(text))
+    text = _BOUND.sub(lambda match: match.group() if match.group(1) in known else "", text)
+    return _ROOT.sub(_SPACE, text, count=1)
+
+
+def read_collada(
+    text: str | bytes, open_image: OpenImage, notes: list[str]
+) -> tuple[list[Part], float]:
     """Triangles of a file.
 
     Args:
-        file: binary stream.
+        text: of the file; of a str the elements that are broken are left out.
         open_image: opens its images.
+        notes: gets sentences about what Gazebo makes of it.
 
     Returns:
         One part for each material of each geometry, and the meters of the file's unit. Each mesh
-        has its Look as metadata KEY.
+        has its Look as metadata KEY. As in Gazebo, which keeps the corners of a geometry for all
+        that instantiate it, each of these is where the first one is.
 
     Raises:
         collada.common.DaeError, AttributeError, ValueError ...: it is broken.
     """
     import collada
 
-    document = collada.Collada(file, ignore=[collada.common.DaeError])
+    content = text if isinstance(text, bytes) else text.encode()
+    kinds = (kind for kind in vars(collada.common).values() if isinstance(kind, type))
+    broken = [kind for kind in kinds if issubclass(kind, collada.common.DaeError)]
+    document = collada.Collada(io.BytesIO(content), ignore=[] if content is text else broken)
     looks: dict[Any, Look] = {}
-    names: dict[str, int] = {}
+    places: dict[str, Array] = {}  # of each geometry where it is used first
     parts = []
-    for node, pose in _geometries(document.scene.nodes if document.scene else [], np.eye(4)):
+    for name, node, geometry, pose in _geometries(document):
         materials = {material.symbol: material.target for material in node.materials}
-        for primitive in node.geometry.primitives:
+        if not np.array_equal(places.setdefault(geometry.id, pose), pose):
+            notes.append(f"all instances of geometry '{geometry.id}' are where the first is")
+        for primitive in geometry.primitives:
             if isinstance(primitive, collada.polylist.Polylist):
                 primitive = primitive.triangleset()
             if not isinstance(primitive, collada.triangleset.TriangleSet):
@@ -50,24 +75,38 @@ def read_collada(file: IO[bytes], open_image: OpenImage) -> tuple[list[Part], fl
             material = materials.get(primitive.material)
             if material is not None and material.id not in looks:
                 looks[material.id] = _look(material.effect, open_image)
-            name = node.geometry.id
-            names[name] = names.get(name, 0) + 1
-            unique = name if names[name] == 1 else f"{name}_{names[name] - 1}"
             look = None if material is None else looks[material.id]
-            parts.append((unique, _mesh(primitive, look), pose))
+            parts.append((name, _mesh(primitive, look), places[geometry.id]))
     unit = document.assetInfo.unitmeter
     return parts, 1.0 if unit is None else float(unit)
 
 
-def _geometries(nodes: Any, pose: Array) -> Iterator[tuple[Any, Array]]:
-    """GeometryNodes below some nodes, with their poses."""
+def _geometries(document: Any) -> Iterator[tuple[str, Any, Any, Array]]:
+    """Instances of geometries in the order of Gazebo's ColladaLoader: the name of the last node
+    that has one, the instance, its geometry, its pose.
+
+    Of a skin it is that of its bones' first pose; bind_shape_matrix counts for polylists alone.
+    """
     import collada
 
-    for node in nodes:
+    name = ""
+    pending = [(node, np.eye(4)) for node in (document.scene.nodes if document.scene else [])]
+    while pending:
+        node, pose = pending.pop(0)
+        own = getattr(node, "node", node)  # of an <instance_node>
         if isinstance(node, collada.scene.GeometryNode):
-            yield node, pose
-        elif getattr(node, "children", None) is not None:
-            yield from _geometries(node.children, pose @ node.matrix)
+            yield name, node, node.geometry, pose
+        elif isinstance(node, collada.scene.ControllerNode):
+            skin = node.controller
+            if hasattr(skin, "geometry"):
+                polygons = skin.geometry.primitives
+                bends = any(isinstance(item, collada.polylist.Polylist) for item in polygons)
+                yield name, node, skin.geometry, pose @ skin.bind_shape_matrix if bends else pose
+        elif getattr(own, "children", None) is not None:
+            name = own.xmlnode.get("name") or name
+            pose = pose @ node.matrix
+            inner = sorted(own.children, key=lambda child: not hasattr(child, "children"))
+            pending[:0] = [(child, pose) for child in inner]
 
 
 def _mesh(primitive: Any, look: Look | None) -> trimesh.Trimesh:

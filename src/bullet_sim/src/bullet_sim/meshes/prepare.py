@@ -17,7 +17,6 @@ import json
 import os
 import re
 import shutil
-import struct
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Callable, Dict
@@ -42,6 +41,7 @@ from bullet_sim.meshes.read import (
     read_parts,
 )
 from bullet_sim.meshes.solids import box_sides
+from bullet_sim.meshes.stl import binary_count, read_stl
 
 if TYPE_CHECKING:
     import trimesh
@@ -62,20 +62,8 @@ def mesh_type(path: str, data: bytes) -> str:
     """'obj', 'stl' (binary), 'ascii stl' or 'dae'."""
     suffix = os.path.splitext(path)[1].lower()
     if suffix == ".stl":
-        return "stl" if _stl_count(data) is not None else "ascii stl"
+        return "stl" if binary_count(data) is not None else "ascii stl"
     return suffix[1:]
-
-
-def _stl_count(data: bytes) -> int | None:
-    """Number of triangles of a binary STL; None: it is no binary STL."""
-    if len(data) < 84:
-        return None
-    (count,) = struct.unpack_from("<I", data, 80)
-    return (
-        count
-        if len(data) >= 84 + 50 * count and not (data[:5] == b"solid" and b"facet" in data[:500])
-        else None
-    )
 
 
 def mesh_error(path: str, file_type: str, data: bytes) -> str:
@@ -88,11 +76,9 @@ def mesh_error(path: str, file_type: str, data: bytes) -> str:
 
 
 def _stl_error(path: str, data: bytes) -> str:
-    count = _stl_count(data)
-    if not count:
+    corners = read_stl(data)
+    if not len(corners):
         return f"mesh '{path}' has no triangles"
-    table = np.frombuffer(data, np.uint8, 50 * count, 84).reshape(count, 50)
-    corners = np.ascontiguousarray(table[:, 12:48]).view("<f4")
     if np.isfinite(corners).all() and np.abs(corners).max() <= MAX_SIZE:
         return ""
     return f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m"
@@ -163,7 +149,7 @@ MAX_IMAGE_SIDE = 2048  # [px]
 
 
 def convert(
-    shape: Shape, signs: tuple[int, ...], role: str, folder: str, errors: list[str] | None = None
+    shape: Shape, signs: tuple[int, ...], role: str, folder: str, notes: list[str] | None = None
 ) -> list[Part]:
     """Write a mesh file's parts into a folder.
 
@@ -172,7 +158,7 @@ def convert(
             painted.
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
-        errors: gets the errors of its images, which are left out.
+        notes: gets sentences about its images that are left out, and about instances.
 
     Returns:
         List of dicts: file; color RGBA or None; textured, whether it has an image.
@@ -182,7 +168,7 @@ def convert(
     """
     geometry = shape.geometry
     meshes = []
-    for part, transform in read_parts(geometry, errors):
+    for part, transform in read_parts(geometry, notes, role == "collision"):
         meshes.append(mesh := part.copy())
         with np.errstate(all="ignore"):  # corners that are not finite are an error
             mesh.apply_transform(transform)
@@ -365,14 +351,11 @@ class _MeshCache:
         data, file_type = _read(geometry)
         if loads_correctly(shape, file_type, data) and not shape.texture:
             return [shape]
-        errors: list[str] = []
-        parts = self._converted(geometry, data, "visual", shape, errors)
-        for error in dict.fromkeys(errors):
-            self._warn(
-                f"an image of mesh '{geometry.path}' is left out: {error}",
-                "images of meshes cannot be used and are left out",
-                geometry.path,
-            )
+        notes: list[str] = []
+        parts = self._converted(geometry, data, "visual", shape, notes)
+        for note in dict.fromkeys(notes):
+            path = geometry.path
+            self._warn(f"mesh '{path}': {note}", "meshes are not what their files say", path)
         return [
             replace(
                 shape,
@@ -430,7 +413,7 @@ class _MeshCache:
         data: bytes,
         role: str,
         shape: Shape,
-        errors: list[str] | None = None,
+        notes: list[str] | None = None,
     ) -> list[Part]:
         signs = tuple(1 if factor > 0 else -1 for factor in geometry.scale)
         appearance = (shape.texture, shape.color, shape.painted) if role == "visual" else ()
@@ -438,7 +421,7 @@ class _MeshCache:
             data,
             repr((geometry.path, signs, geometry.submesh, geometry.centered, role, appearance)),
         )
-        return self._cached(key, lambda folder: convert(shape, signs, role, folder, errors))
+        return self._cached(key, lambda folder: convert(shape, signs, role, folder, notes))
 
     def _cached(self, key: str, make: Callable[[str], list[Part]]) -> list[Part]:
         """Parts from the cache, or made now; each a dict of file, color, textured."""

@@ -6,6 +6,7 @@ import io
 import os
 import re
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, BinaryIO
 from urllib.parse import unquote
 
@@ -14,7 +15,8 @@ import numpy as np
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
 from bullet_sim.files import limit, read_file, too_many
-from bullet_sim.meshes.collada import Part, read_collada
+from bullet_sim.meshes.collada import Part, mended, read_collada
+from bullet_sim.meshes.stl import read_stl
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, repaired
 
@@ -96,6 +98,7 @@ class MeshFileResolver:
 
     def __init__(self, path: str) -> None:
         self.errors: list[str] = []  # of images that are missing or damaged, which trimesh ignores
+        self.notes: list[str] = []  # about what Gazebo makes of the file
         self._folder = os.path.dirname(os.path.abspath(path))
 
     def get(self, name: str) -> bytes:
@@ -137,7 +140,7 @@ MAX_SIZE = 1e6  # [m] larger meshes are refused
 
 
 def read_parts(
-    geometry: Geometry, errors: list[str] | None = None
+    geometry: Geometry, notes: list[str] | None = None, collides: bool = False
 ) -> list[tuple[trimesh.Trimesh, Array]]:
     """Trimeshes of a file with their transforms, (mesh, (4, 4) with the scale to meters).
 
@@ -145,7 +148,8 @@ def read_parts(
 
     Args:
         geometry: a mesh; its submesh counts, and whether it is centered; its scale does not.
-        errors: gets the errors of its images, which are left out.
+        notes: gets sentences about its images that are left out, and about instances.
+        collides: of a submesh the first part of that name; all, where there is none, as in Gazebo.
 
     Raises:
         ModelError: it cannot be read, or has no triangles or no such submesh.
@@ -159,8 +163,9 @@ def read_parts(
     try:
         resolver = MeshFileResolver(geometry.path)
         nodes, unit = _parts(geometry, resolver)
-        if errors is not None:
-            errors += resolver.errors
+        if notes is not None:
+            notes += [f"an image is left out: {error}" for error in resolver.errors]
+            notes += [f"{note}, as in Gazebo" for note in resolver.notes]
         names = [name for name, _, _ in nodes]
         parts = [
             (mesh, np.diag([unit] * 3 + [1.0]) @ transform)
@@ -170,9 +175,10 @@ def read_parts(
             and (not geometry.submesh or _is_part(geometry.submesh, name))
         ]
     except Exception as error:  # pylint: disable=broad-except  # its readers raise many types
-        raise ModelError(
-            f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
-        ) from error
+        kind = "" if isinstance(error, ModelError) else f"{type(error).__name__}: "
+        raise ModelError(f"mesh '{geometry.path}' cannot be read: {kind}{error}") from error
+    if not parts and geometry.submesh and names and collides:
+        return read_parts(replace(geometry, submesh="", centered=False))
     if not parts and geometry.submesh and names:
         raise ModelError(
             f"mesh '{geometry.path}' has no part '{geometry.submesh}'; parts are "
@@ -180,6 +186,7 @@ def read_parts(
         )
     if not parts:
         raise ModelError(f"mesh '{geometry.path}' has no triangles")
+    parts = parts[:1] if geometry.submesh and collides else parts
     return _centered(parts) if geometry.centered else parts
 
 
@@ -207,13 +214,16 @@ def _parts(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], 
 
     if geometry.path.lower().endswith(".dae"):
         return _collada(geometry, resolver)
+    if geometry.path.lower().endswith(".stl"):
+        corners = read_stl(read_file(geometry.path, "mesh", "mesh_bytes")).reshape(-1, 3)
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        return [("", trimesh.Trimesh(corners, faces, process=False), np.eye(4))], 1.0
     options: dict[str, Any] = {"process": False, "resolver": resolver}
-    if geometry.submesh and geometry.path.lower().endswith(".obj"):
+    if geometry.submesh:
         options.update(split_objects=True, group_material=False)
     scene = trimesh.load_scene(geometry.path, **options)
     placed = [(*scene.graph[node], node) for node in scene.graph.nodes_geometry]
-    parts = [(name, scene.geometry[name], transform) for transform, name, _ in placed]
-    return parts, _unit(scene.units)
+    return [(name, scene.geometry[name], transform) for transform, name, _ in placed], 1.0
 
 
 def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], float]:
@@ -225,18 +235,15 @@ def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part]
     content = read_file(geometry.path, "mesh", "mesh_bytes")
     if content.startswith(b"PK"):
         raise ModelError("it is a ZIP, which is not unpacked; Gazebo's reader takes XML alone, too")
-    try:
-        return read_collada(io.BytesIO(content), image)
-    except Exception:  # XML that TinyXML accepts and lxml does not, such as < in a name?
-        text = repaired(decoded(content, Document(geometry.path)))
-    return read_collada(io.BytesIO(text.encode()), image)
+    if b"xmlns" in content or b"x\0m\0l\0n\0s" in content:
+        try:
+            return read_collada(content, image, resolver.notes)
+        except Exception:  # what TinyXML accepts and lxml does not, such as < in a name, or worse
+            resolver.notes.clear()
+    text = mended(repaired(decoded(content, Document(geometry.path))))
+    return read_collada(text, image, resolver.notes)
 
 
 def _is_part(submesh: str, name: str) -> bool:
-    return name.startswith(submesh)
-
-
-def _unit(text: str | None) -> float:
-    """Meters in a file's unit: trimesh returns 'meters' or '0.0254 * meters'."""
-    match = re.match(r"\s*([-+.\deE]+)\s*\*", str(text or ""))
-    return float(match.group(1)) if match else 1.0
+    """Whether a part has a name; trimesh gives those of one name numbers."""
+    return re.fullmatch(rf"{re.escape(submesh)}(_\d+)?", name) is not None

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from bullet_sim.files import read_file
+from bullet_sim.meshes.stl import read_stl
 from bullet_sim.pose import Array
 
 
@@ -25,6 +27,9 @@ def _load_file(path: str | None, _changed: int) -> Any:
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 
     try:
+        if str(path).lower().endswith(".stl"):
+            corners = read_stl(read_file(str(path), "mesh", "mesh_bytes")).reshape(-1, 3)
+            return trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
         return trimesh.load(path, force="mesh", process=False, skip_materials=True)
     except Exception:  # pylint: disable=broad-except  # whatever a reader raises: PyBullet has it
         return None
