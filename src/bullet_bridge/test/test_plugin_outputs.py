@@ -35,7 +35,7 @@ WALL = (
 CART = (
     '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02"'
     ' izz="0.02"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.4 0.2 0.1"/>'
+    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.3 0.2 0.1"/>'
     "</geometry></collision>"
     "</link>"
     + "".join(

@@ -15,20 +15,18 @@ YAW_90 = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
 
 
 class Room:
-    """An engine of walls x = +-half_x and y = +-half_y round the origin; all are body 7."""
+    """An engine of walls x = +-half_x and y = +-half_y round the origin."""
 
     def __init__(self, half_x, half_y):
         self.half = np.array([half_x, half_y])
 
     def cast_rays(self, rays):
-        center, directions, near, far, own, look_near = rays
+        center, directions, near, far = rays
         way = directions[:, :2]
         with np.errstate(divide="ignore", invalid="ignore"):
             wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - center[:2]) / way)
         first = wall.min(axis=1)
-        first[first > far] = np.inf
-        if look_near and own != 7:
-            first[first < near] = -np.inf
+        first[(first > far) | (first < near)] = np.inf
         return first
 
 
@@ -170,6 +168,8 @@ def test_a_bias_and_a_precision_of_a_lidar():
 def test_a_single_ray_points_ahead_as_in_gazebo():
     lidar = Lidar(ray_spec(samples=1, min_angle=-1.0, max_angle=1.0))
     np.testing.assert_allclose(lidar.directions, [(1.0, 0.0, 0.0)])
+    assert lidar.angle_increment == math.inf
+    assert math.isnan(Lidar(ray_spec(samples=1, min_angle=0.0, max_angle=0.0)).angle_increment)
 
 
 def test_lidar_offset_pose():
@@ -177,14 +177,12 @@ def test_lidar_offset_pose():
     np.testing.assert_allclose(Lidar(spec).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL), [3.5])
 
 
-def test_lidar_beyond_and_too_near():
+def test_lidar_beyond_and_before_its_ranges():
     ranges = Lidar(ray_spec(range_max=2.5)).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
     np.testing.assert_array_equal(np.isposinf(ranges), [False, True, True, True, False])
     near = ray_spec(samples=3, range_min=2.5)
     ranges = Lidar(near).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL)
-    assert np.isneginf(ranges[[0, 2]]).all() and ranges[1] == 3.0
-    housing = Lidar(near).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL, own_body=7)
-    assert not np.isneginf(housing).any()
+    np.testing.assert_array_equal(ranges, [np.inf, 3.0, np.inf])
 
 
 def test_lidar_noise_has_its_deviation_and_repeats():

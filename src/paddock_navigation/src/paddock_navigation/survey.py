@@ -14,6 +14,7 @@ from paddock_navigation.grid import FREE, OCCUPIED, UNKNOWN, Grid, MapError
 REACH = 8.0  # of a look [m]
 ROOM = 2  # cells between an obstacle and where a look is taken from
 GAP = 4  # cells between hits of neighbouring rays that are of one surface
+CROSSED = 100  # surfaces on a way that are looked for
 INTO = 0.01  # how far behind its surface an obstacle is marked [m]
 
 Cast = Callable[[Rays], np.ndarray]
@@ -71,15 +72,18 @@ class _Survey:
         return Grid(self._cells, self._resolution, (float(self._corner[0]), float(self._corner[1])))
 
     def _is_within(self, place: np.ndarray) -> bool:
-        """Whether a place is inside a solid: its surface is met on the way to it alone."""
+        """Whether a place is inside a solid: most ways from it cross an odd number of surfaces."""
+        odd = 0
         for direction in self._directions[:: len(self._directions) // 8]:
-            there = np.array([*place, self._height])
-            away = Rays(there, direction[None], 0.0, REACH)
-            far = min(float(self._cast(away)[0]), REACH) - INTO
-            back = Rays(there + far * direction, -direction[None], 0.0, far)
-            if math.isfinite(self._cast(back)[0]):
-                return True
-        return False
+            there, crossed = np.array([*place, self._height]), 0
+            while crossed < CROSSED:
+                rays = Rays(there, direction[None], 0.0, REACH)
+                distance = float(self._cast(rays)[0])
+                if not math.isfinite(distance):
+                    break
+                there, crossed = there + (distance + INTO) * direction, crossed + 1
+            odd += 1 if crossed % 2 else -1
+        return odd > 0
 
     def _next(self, done: np.ndarray) -> tuple[int, int] | None:
         """A free cell beside unknown ones with room around it, farthest from earlier looks."""

@@ -58,17 +58,13 @@ class Rays(NamedTuple):
     Attributes:
         center: (3,) [m] in the world, from which all come.
         directions: (n, 3) unit vectors, world axes.
-        near, far: distances between which a hit is measured [m].
-        own: number of the body that does not count where it is nearer than `near`.
-        look_near: whether to look for what is nearer than `near`.
+        near, far: distances at which they begin and end [m].
     """
 
     center: Array
     directions: Array
     near: float
     far: float
-    own: int | None = None
-    look_near: bool = True
 
 
 class EngineState(NamedTuple):

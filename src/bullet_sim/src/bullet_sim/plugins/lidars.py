@@ -318,13 +318,11 @@ class RaysSensor(Sensor):
 
     Attributes:
         lidar: class of the core's lidar.
-        too_near: what is nearer than the minimum range has the range -inf; False: rays begin there.
         bias: added to all ranges [m].
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("bias",)
     lidar: ClassVar[type[Lidar]] = Lidar
-    too_near: ClassVar[bool] = True
 
     def __init__(self, context: Any) -> None:
         self._lidar = self._make_lidar(context.spec)
@@ -351,8 +349,6 @@ class RaysSensor(Sensor):
             position,
             orientation,
             self.rng,
-            self.model.body.number,
-            self.too_near,
             self.bias,
         )
 
@@ -423,7 +419,7 @@ class BlockLaserSensor(RaysSensor):
     Its intensity is the mean of four rays': the next one's and the next layer's count as well.
     """
 
-    lidar, too_near = LayeredLidar, False
+    lidar = LayeredLidar
     CACHE: ClassVar[tuple[str, ...]] = ("_aims",)
 
     def make_output(self) -> PointsOutput:

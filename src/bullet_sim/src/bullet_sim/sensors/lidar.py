@@ -27,7 +27,7 @@ class Lidar:
 
     Attributes:
         angles: (n,) [rad].
-        angle_increment: [rad], 0 for a single ray.
+        angle_increment: [rad]; of a single ray inf or NaN, as in Gazebo.
         directions: (n, 3) unit vectors in the sensor frame.
         hits: of the last scan: where the rays begin (3,) [m], their directions (n, 3) in the world,
             the ranges (n,) [m] without noise.
@@ -50,7 +50,8 @@ class Lidar:
         n = int(n)
         self.spec = spec
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n) if n > 1 else np.zeros(1)
-        self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.angle_increment = float(np.divide(spec.max_angle - spec.min_angle, n - 1))
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
         self._position = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
         self._aim()
@@ -65,27 +66,22 @@ class Lidar:
         link_position: Vector,
         link_orientation: Vector,
         rng: Any = None,
-        own_body: int | None = None,
-        too_near: bool = True,
         bias: float = 0.0,
     ) -> Array:
         """One sweep, all rays at the same instant.
 
-        A ray is cast from range_min to range_max, and a short one from the sensor's origin to
-        range_min, in which the sensor's body (its housing) does not count.
+        Rays begin at range_min and see nothing before it, as in Gazebo; one that begins within a
+        shape, such as the sensor's housing, meets it from inside.
 
         Args:
             engine: casts the rays, see Engine.cast_rays: an engine, or World.visible.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
-            own_body: the engine's index of the body that carries the sensor.
-            too_near: whether to detect what is closer than range_min.
             bias: added to all ranges [m].
 
         Returns:
-            (n,) float32 [m], min_angle first; +inf: nothing up to range_max; -inf: something
-            nearer than range_min (REP 117).
+            (n,) float32 [m], min_angle first; inf: nothing up to range_max.
         """
         spec = self.spec
         if spec.noise_stddev > 0.0 and rng is None:
@@ -96,8 +92,7 @@ class Lidar:
         rotation = rotation_matrix(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._position
         directions = self._rays @ rotation.T
-        rays = Rays(position, directions, spec.range_min, spec.range_max, own_body, too_near)
-        ranges = engine.cast_rays(rays)
+        ranges = engine.cast_rays(Rays(position, directions, spec.range_min, spec.range_max))
         self.hits = position, directions, ranges
         noise = spec.noise_mean + bias
         if spec.noise_stddev > 0.0:

@@ -38,9 +38,9 @@ class VisibleScene:
         self._scene: Any = None  # of Engine.mesh_scene()
 
     def cast_rays(self, rays: Rays) -> Array:
-        """As Engine.cast_rays, but that nothing nearer than `near` is seen, of whatever body."""
+        """As Engine.cast_rays."""
         self._place()
-        distances: Array = self._scene.cast(rays._replace(own=None, look_near=False))
+        distances: Array = self._scene.cast(rays)
         return distances
 
     def _place(self) -> None:

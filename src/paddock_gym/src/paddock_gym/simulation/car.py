@@ -80,9 +80,7 @@ class Car:
 
         def scan(rng):
             position, orientation, _, _ = model.link_motion(lidar.spec.link)
-            # an object closer than range_min touches the car, whose run is over then
-            number = model.body.number
-            return lidar.scan(engine, position, orientation, rng, number, too_near=False)
+            return lidar.scan(engine, position, orientation, rng)
 
         return scan
 

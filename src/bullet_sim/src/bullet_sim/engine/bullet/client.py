@@ -267,13 +267,9 @@ class Client:
 
     def cast_rays(self, rays: Rays) -> Array:
         """As Engine.cast_rays, where bodies are now."""
-        center, directions, near, far, own, look_near = rays
-        ends = center + near * directions
-        parts, _ = self.first_hits(ends, center + far * directions)
+        center, directions, near, far = rays
+        parts, _ = self.first_hits(center + near * directions, center + far * directions)
         ranges: Array = near + parts * (far - near)
-        if look_near and near > 0.0:
-            parts, bodies = self.first_hits(np.broadcast_to(center, ends.shape), ends)
-            ranges[np.isfinite(parts) & (bodies != own)] = -np.inf
         return ranges
 
     def set_joints(self, number: int, states: Mapping[str, Sequence[float]]) -> None:

@@ -322,7 +322,7 @@ class OdeBody:
         numbers = self._engine.rows[row]
         numbers[q.POS : q.POS + 3], numbers[q.QUAT : q.QUAT + 4] = center.position, pose.orientation
         numbers[q.VEL : q.VEL + 6] = (*linear, *angular)
-        self._engine.is_ahead = True
+        self._engine.measure_joints()
 
     def set_velocity(self, linear: Vector, angular: Vector) -> None:
         """See api.Body."""

@@ -209,8 +209,7 @@ class OdeEngine:
         self.is_ahead = True
         if self.has_mirror:
             self.mirror.note_placed(body)
-        if body.is_fixed:
-            self._wake_all()
+        if body.is_fixed:  # what sleeps on it goes on sleeping, as in Gazebo
             self.is_built = False  # planes and boxes
 
     def _wake_all(self) -> None:
@@ -347,6 +346,11 @@ class OdeEngine:
                 left -= self._advance(1, self.last_contacts.find())
         self.is_ahead = True
 
+    def measure_joints(self) -> None:
+        """Have joints tell where a body has just been put that they hold."""
+        self._advance(0, -1)
+        self.is_ahead = True
+
     def joint_columns(self, body: Body, joints: Iterable[str]) -> list[int]:
         """See api.Engine."""
         self.build()
@@ -462,7 +466,7 @@ class OdeEngine:
         for body in self.contents.immobile.values():
             for shape in body.root.collisions:
                 tree = self._shapes.tree(shape)
-                yield RayShape(body.number, -1, shape.geometry, body.base * shape.pose, tree)
+                yield RayShape(-1, shape.geometry, body.base * shape.pose, tree)
 
     def _moving_shapes(self) -> Iterator[RayShape]:
         for body in self.contents.moving.values():
@@ -471,7 +475,7 @@ class OdeEngine:
                 center = Pose(tuple((-link.center).tolist()))
                 for shape in link.collisions:
                     tree = self._shapes.tree(shape)
-                    yield RayShape(body.number, row, shape.geometry, center * shape.pose, tree)
+                    yield RayShape(row, shape.geometry, center * shape.pose, tree)
 
     def mesh_scene(
         self, meshes: Sequence[tuple[int, Pose, Array]], positions: Array, orientations: Array

@@ -25,14 +25,12 @@ class RayShape:
     """A shape at which rays are cast.
 
     Attributes:
-        body: number of its body.
         row: of its link; -1: it never moves.
         geometry: of a kind of tables.KINDS, or a plane.
         pose: in the link, from its center of mass; in the world if it never moves.
         tree: of a mesh.
     """
 
-    body: int
     row: int
     geometry: Geometry
     pose: Pose
@@ -74,7 +72,6 @@ class RayScene:
             "frames": turns.copy(),
             "kinds": np.array(kinds, np.int64),
             "sizes": tables.table(sizes, 3),
-            "owners": np.array([shape.body for shape in shapes], np.int64),
             "roots": roots,
             "origins": np.zeros((len(shapes), 3)),
             "extents": tables.table([_extent(shape) for shape in solid], 6),
@@ -86,8 +83,8 @@ class RayScene:
         }
 
     def cast(self, rays: Rays) -> Array:
-        """As Engine.cast_rays; rays meet a mesh from both sides, and other shapes from outside."""
-        center, directions, near, far, own, look_near = rays
+        """As Engine.cast_rays; rays meet all shapes from both sides."""
+        center, directions, near, far = rays
         count = len(directions)
         if count not in self._castings:
             casting = Casting(
@@ -99,7 +96,7 @@ class RayScene:
             self._castings[count] = casting, caster(casting)
         casting, cast = self._castings[count]
         casting.center[:], casting.directions[:] = center, directions
-        cast(near, far, -1 if own is None else own, look_near)
+        cast(near, far)
         return casting.ranges.copy()
 
 
@@ -120,7 +117,7 @@ class MeshScene:
         self._bodies = np.zeros((len(positions), q.B_SIZE))
         self.place(np.arange(len(positions)), positions, orientations)
         kind = Geometry("mesh")
-        shapes = [RayShape(-1, row, kind, pose, tree) for row, pose, tree in meshes]
+        shapes = [RayShape(row, kind, pose, tree) for row, pose, tree in meshes]
         self.cast = RayScene(shapes, self._bodies).cast
 
     def place(self, rows: Array, positions: Array, orientations: Array) -> None:

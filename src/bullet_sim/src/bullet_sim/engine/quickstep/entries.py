@@ -30,8 +30,8 @@ _COMPILERS = ("cc", "gcc", "clang", "g++")
 
 
 @compiled
-def _cast(near: float, far: float, own: int, look_near: bool, table: Any) -> int:
-    return rays.cast(near, far, own, look_near, _casting_at(table))
+def _cast(near: float, far: float, table: Any) -> int:
+    return rays.cast(near, far, _casting_at(table))
 
 
 @compiled

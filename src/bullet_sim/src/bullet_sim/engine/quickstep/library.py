@@ -87,10 +87,10 @@ def serve(table: Array) -> None:
     _call("serve", table, unlocked=True)
 
 
-def caster(casting: Casting) -> Callable[[float, float, int, bool], int]:
+def caster(casting: Casting) -> Callable[[float, float], int]:
     """rays.cast() of arrays that outlive it and stay where they are."""
     table = make_table(casting)
-    return lambda near, far, own, look_near: _call("cast", near, far, own, look_near, table)
+    return lambda near, far: _call("cast", near, far, table)
 
 
 def build_tree(building: Building) -> int:

@@ -209,7 +209,8 @@ def _meet_shape(s: int, start: float, waiting: int, casting: Casting, rays: Arra
         _meet_mesh(casting.roots[s], origin, start, waiting, casting, rays)
     else:
         enter, leave = _part(kind, origin, (x, y, z), casting.sizes[s])
-        _note(choose(enter, leave, enter, spread(math.inf)), start, rays)
+        first = choose(spread(start), enter, enter, leave)  # from inside, as ODE's rays
+        _note(choose(enter, leave, first, spread(math.inf)), start, rays)
 
 
 @compiled
@@ -257,17 +258,16 @@ def _fit(casting: Casting) -> None:
 
 
 @inlined
-def _meet_all(near: float, own: int, look_near: bool, casting: Casting, rays: Array) -> None:
+def _meet_all(near: float, casting: Casting, rays: Array) -> None:
     """Note what rays hit first."""
     boxes, branches = casting.boxes, casting.branches
     tree, stack = (boxes, branches), (casting.todo, casting.entries)
-    c, owners = casting.center, casting.owners
+    c = casting.center
     u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
     for s in range(len(casting.extents), len(casting.kinds)):  # planes
-        start = 0.0 if look_near and owners[s] != own else near
         f = casting.frames[s]
         along = u * spread(f[0, 2]) + v * spread(f[1, 2]) + w * spread(f[2, 2])
-        _note(spread(-casting.origins[s, 2]) / along, start, rays)
+        _note(spread(-casting.origins[s, 2]) / along, near, rays)
     if len(branches) == 0:
         return
     origin = c[0], c[1], c[2]
@@ -276,22 +276,14 @@ def _meet_all(near: float, own: int, look_near: bool, casting: Casting, rays: Ar
         leaf, waiting = _next_leaf(node, waiting, 0, tree, stack, origin, _WORLD, rays)
         if leaf < 0:
             break
-        start = 0.0 if look_near and owners[leaf] != own else near
-        _meet_shape(leaf, start, waiting, casting, rays)
+        _meet_shape(leaf, near, waiting, casting, rays)
         node = -1
 
 
 @compiled
-def cast(near: float, far: float, own: int, look_near: bool, casting: Casting) -> int:
-    """Distances of what rays hit first up to `far` [m], into casting.ranges; inf: nothing.
-
-    What begins in a box, sphere or cylinder misses it.
-
-    Args:
-        near: distance from which on hits count, of bodies but `own` only if not look_near [m].
-        own: number of a body, or -1.
-        look_near: what is nearer than `near` has the distance -inf.
-    """
+def cast(near: float, far: float, casting: Casting) -> int:
+    """Distances of what rays that begin at `near` hit first up to `far` [m], into casting.ranges;
+    inf: nothing. What begins in a shape hits it from inside."""
     rays, directions, ranges = temporary(_SIZE), casting.directions, casting.ranges
     _place_shapes(casting)
     _fit(casting)
@@ -303,8 +295,7 @@ def cast(near: float, far: float, own: int, look_near: bool, casting: Casting) -
             rays[_FARTHEST + k], rays[_HIT + k] = far, math.inf
         u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
         _set_directions(_WORLD, u, v, w, rays)
-        _meet_all(near, own, look_near, casting, rays)
+        _meet_all(near, casting, rays)
         for i in range(first, min(first + _RAYS, len(directions))):
-            found = rays[_HIT + i - first]
-            ranges[i] = -math.inf if found < near else found
+            ranges[i] = rays[_HIT + i - first]
     return 0

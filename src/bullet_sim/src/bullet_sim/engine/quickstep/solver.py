@@ -279,12 +279,15 @@ def advance(
         table: state.make_table() of the State that is moved.
 
     Returns:
-        Number of steps made; it also stops after a step in which a body has fallen asleep.
+        Number of steps made; it also stops after a step in which a body has fallen asleep. With a
+        count of 0 joints are measured where bodies are.
     """
     (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
      result, efforts, active, recorded, states, taken, inward) = _state_at(table)  # fmt: skip
     islands.step[0], islands.counts[1] = step, iterations
     made = count
+    if count == 0:  # bodies were put elsewhere
+        joints.measure(system)
     for done in range(count):
         if watch and is_near(system.bodies, scene) and given < 0:
             made = done

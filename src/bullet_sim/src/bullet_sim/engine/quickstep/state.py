@@ -269,7 +269,6 @@ class Casting(NamedTuple):
         centers, frames: (s, 3) [m] and (s, 3, 3) of shapes in the world, set for what moves.
         kinds: (s,) BOX, SPHERE, CYLINDER, MESH, else a plane.
         sizes: (s, 3) half the edges; radius; radius and half the length [m].
-        owners: (s,) number of each shape's model.
         roots: (s,) of meshes' trees.
         origins: (s, 3) room for the center in the shapes' frames.
         extents: (t, 6) center and half the edges of a box around each shape but planes, in its
@@ -295,7 +294,6 @@ class Casting(NamedTuple):
     frames: Array
     kinds: Array
     sizes: Array
-    owners: Array
     roots: Array
     origins: Array
     extents: Array
@@ -347,7 +345,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
         *(_N2, _N1, _2, _N1, _2, _2, _N1, _2),
     ),
     Casting: (
-        *(_1, _2, _1, _2, _N1, _2, _3, _2, _3, _N1, _2, _N1, _N1, _2),
+        *(_1, _2, _1, _2, _N1, _2, _3, _2, _3, _N1, _2, _N1, _2),
         *(_2, _2, _N2, _2, _2, _N2, _N1, _1),
     ),
     Building: ("f4.3", _N1, _2, _N2, _N2, "f4.1"),
@@ -356,7 +354,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
 CALLS = {
     "advance": ("i8", "i8", "f8", "i8", "b1", "b1"),
     "serve": (),
-    "cast": ("f8", "f8", "i8", "b1"),
+    "cast": ("f8", "f8"),
     "build_tree": (),
 }
 
