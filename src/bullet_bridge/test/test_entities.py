@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_bridge.services.entities import find_frame, find_joint, find_link
+from bullet_bridge.services.entities import find_frame, find_joint, find_link, find_model
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
@@ -62,6 +62,20 @@ def test_unknown_names_are_listed_with_the_known_ones(world, find, name, parts):
         find(world, name)
     for part in parts:
         assert part in str(error.value)
+
+
+def test_what_comes_first_of_a_name_hides_the_others_as_in_gazebo(world):
+    """World::EntityByName, whose result is cast to what is looked for (gazebo_ros_api_plugin)."""
+    world.spawn_urdf("base", URDF, Pose((20, 0, 0)), str)
+    with pytest.raises(WorldError, match="'base' is a link"):
+        find_model(world, "base")
+    assert find_link(world, "base::base")[0].name == "base"
+    one = '<sdf version="1.6"><model name="x"><link name="one"/></model></sdf>'
+    world.spawn_sdf("one", one, Pose((30, 0, 0)), str)
+    with pytest.raises(WorldError, match="'one' is a model"):
+        find_link(world, "one")
+    with pytest.raises(WorldError, match="'hinge' is a joint"):
+        find_frame(world, "hinge")
 
 
 def test_a_long_list_of_names_is_cut(world):

@@ -432,6 +432,58 @@ def test_a_model_within_a_model_is_set_with_its_links_alone(desk, name):
     }
 
 
+def test_deleting_a_model_ends_efforts_on_all_joints_of_its_joints_names(desk):
+    """gazebo_ros' deleteModel clears them by their plain names."""
+    for name in ("one", "two"):
+        assert desk.spawn(name, WHEELED).success
+    request = srv.ApplyJointEffortRequest("two::axle", 1.0, Duration(0), Duration(-1))
+    request.duration = Duration(-1)
+    assert desk.call("apply_joint_effort", request).success and desk.world.forces.active
+    assert desk.ask("delete_model", "one").success and not desk.world.forces.active
+
+
+def test_a_link_hides_a_model_of_its_name_from_the_services(desk):
+    """World::ModelByName finds the link first: Gazebo's client waits, though the model is there."""
+    assert desk.spawn("bot").success
+    answer = desk.spawn("base")
+    assert not answer.success and answer.status_message.startswith(TIMED_OUT)
+    assert "base" in desk.world.models and not desk.ask("get_model_state", "base", "").success
+    assert not desk.ask("delete_model", "base").success
+
+
+def test_joints_of_models_inside_a_model_are_found_by_no_service(desk):
+    joint = '<joint name="{}" type="revolute"><parent>{}</parent><child>{}</child></joint>'
+    inner = f'<model name="in">{LINK}<link name="arm"/>{joint.format("deep", "l", "arm")}</model>'
+    text = f"{LINK}{inner}{joint.format('outer', 'l', 'in::l')}"
+    xml = f'<sdf version="1.6"><model name="x">{text}</model></sdf>'
+    assert desk.spawn("x", kind="sdf", text=xml).success
+    found = [desk.ask("get_joint_properties", name).success for name in ("outer", "x::outer")]
+    hidden = [desk.ask("get_joint_properties", name).success for name in ("deep", "in::deep")]
+    assert (found, hidden) == ([True, True], [False, False])
+
+
+OFF = ' ixy="0" ixz="0" iyz="0"'
+
+
+def test_an_inertia_is_told_about_the_axes_of_its_inertial_as_in_gazebo(desk):
+    """Measured in Gazebo 11.1, of impossible ones as well, which move as others."""
+    for name, rpy, izz in (("turned", "0 0 0.7", 0.25), ("flat", "0 0 0", 0.0)):
+        inertial = f'<origin rpy="{rpy}"/><mass value="2"/><inertia ixx="0.1" iyy="0.2"{OFF}'
+        xml = f'<robot name="r"><link name="b"><inertial>{inertial} izz="{izz}"/></inertial></link>'
+        assert desk.spawn(name, f"{xml}</robot>").success
+        told = desk.ask("get_link_properties", f"{name}::b")
+        assert [told.ixx, told.ixy, told.iyy, told.izz] == [0.1, 0.0, 0.2, izz]
+
+
+def test_a_link_that_is_set_is_where_its_joint_tells_at_once(desk):
+    """In Gazebo 11.1 joints measure where bodies are, also while time stands still."""
+    assert desk.spawn("bot", WHEELED).success
+    pose = PoseMsg(orientation=Quaternion(math.sin(0.2), 0, 0, math.cos(0.2)))
+    assert desk.ask("set_link_state", LinkState("bot::wheel", pose, Twist(), "bot::base")).success
+    told = desk.ask("get_joint_properties", "axle")
+    assert told.position == pytest.approx([0.4], abs=1e-9)
+
+
 WORLD = '<sdf version="1.6"><world name="w">{}</world></sdf>'
 LINK = '<link name="l"><inertial><mass>1</mass></inertial></link>'
 TIMED_OUT = "SpawnModel: Entity pushed to spawn queue"

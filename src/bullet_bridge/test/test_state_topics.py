@@ -124,6 +124,22 @@ def test_all_links_at_once_are_as_one_by_one(topics, world):
         assert motion == model.link_motion(link)
 
 
+def test_links_of_models_inside_a_model_are_not_in_link_states_as_in_gazebo(topics, world):
+    """publishLinkStates goes through the children of a model that are links."""
+    text = (
+        '<sdf version="1.6"><model name="x"><model name="in"><link name="a"/></model>'
+        '<link name="own"><pose>0 0 2 0 0 0</pose></link></model></sdf>'
+    )
+    world.spawn_sdf("out", text, Pose((1, 0, 1)), str)
+    reporter = StateTopics("/gazebo", world, 0.0)
+    topics["/gazebo/link_states"].subscribers = 1
+    run(world, reporter, 1)
+    message = topics["/gazebo/link_states"].messages[0]
+    assert [name for name in message.name if name.startswith("out::")] == ["out::own"]
+    assert len(message.pose) == len(message.name)
+    assert message.pose[-1].position.z == pytest.approx(3.0, abs=1e-4)
+
+
 def test_a_restart_goes_on_from_the_new_time(topics, world):
     reporter = StateTopics("/gazebo", world, 100.0)
     topics["/gazebo/link_states"].subscribers = 1

@@ -260,6 +260,27 @@ def test_states_and_resets_have_it(world):
     assert model.pose == there
 
 
+@pytest.mark.parametrize(
+    "links, name, place",
+    [
+        ("<link name='l'><pose>0 0 2 0 0 0</pose></link><link name='m'/>", "l", (2.0, 0.0, 2.0)),
+        ("<link name='l'/><link name='m'><pose>0 1 0 0 0 0</pose></link>", "m", (2.0, 1.0, 0.0)),
+        ("", "walker_pose", (2.0, 0.0, 0.0)),
+    ],
+)
+def test_without_a_skin_its_links_follow_the_script_whatever_animation_it_names(
+    world, links, name, place
+):
+    """As in Gazebo 11.1, where boxes are animated so."""
+    script = f"<trajectory id='0' type='square'>{waypoints(WAYPOINTS)}</trajectory>"
+    text = f"<actor name='walker'>{links}<script>{script}</script></actor>"
+    assert described(text).warnings == []
+    model = loaded(world, text)
+    run_to(world, 2.0)
+    assert at(model) == pytest.approx((2.0, 0.0, 0.0), abs=1e-3)
+    assert model.link_motion(name)[0] == pytest.approx(place, abs=1e-3)
+
+
 def test_what_of_it_is_not_read_is_told():
     more = "<plugin name='p' filename='libActorCollisionsPlugin.so'/><link name='l'/>"
     warnings = described(actor(more=more)).warnings

@@ -12,6 +12,7 @@ from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.plugins.grasping import GripperSpec
 from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
+from bullet_sim.pose import Pose
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -343,7 +344,24 @@ def test_p3d_of_merged_links_is_as_sdformat_writes_it(body, frame):
     left = "world" if frame == "world" else "base"
     assert (spec.link, spec.child_frame_id, spec.frame_id) == ("base", "base", left)
     assert spec.reference == ("" if frame == "world" else "base")
-    assert spec.offset[0] == pytest.approx((count, 2 * count, 3 * count + 1))
+    assert spec.offset[0] == pytest.approx((-count, -2 * count, 1 - 3 * count))
+
+
+def test_the_offset_of_a_p3d_of_a_merged_link_is_turned_back_as_measured_in_gazebo():
+    """The link at (1, 2, 0.1), turned by 0.6, is told at (0.9, 1.8, -0.2); angles are degrees."""
+    mast = (
+        '<link name="mast"/><joint name="m" type="fixed"><parent link="base"/><child link="mast"/>'
+        '<origin xyz="0.1 0.2 0.3" rpy="0.3 0.2 0.1"/></joint>'
+    )
+    xyz, rpy = one(mast + P3D.format("mast", "world", "")).offset
+    assert xyz == pytest.approx((-0.1, -0.2, -0.3))
+    told = Pose((0, 0, 0), Pose.from_xyz_rpy((0, 0, 0), rpy).orientation) * Pose.from_xyz_rpy(
+        (0, 0, 0), (0, 0, 0.6)
+    )
+    assert told.orientation == pytest.approx((-0.16849, -0.05886, 0.25786, 0.94956), abs=1e-5)
+    _, rpy = one(mast + P3D.format("mast", "world", "<rpyOffset>0 0 90</rpyOffset>")).offset
+    turned = Pose.from_xyz_rpy((0, 0, 0), (0.3, 0.2, 0.1)) * Pose.from_xyz_rpy((0, 0, 0), rpy)
+    assert turned.rpy == pytest.approx((0.0, 0.0, math.pi / 2.0), abs=1e-9)
 
 
 @pytest.mark.parametrize(

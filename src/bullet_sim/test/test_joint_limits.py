@@ -7,7 +7,6 @@ import pytest
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.interfaces import Registered
 from bullet_sim.controllers.limits import (
-    UNLIMITED_EFFORT,
     UNLIMITED_SPEED,
     CommandLimits,
     JointLimits,
@@ -49,8 +48,6 @@ def joint(kind="revolute", **limits):
         ("position", (7.0,), BOUNDED, 2.0),
         ("position", (-7.0,), BOUNDED, -1.0),
         ("position", (1e9,), {}, 1e9),
-        ("effort", (7.0,), BOUNDED, 5.0),
-        ("effort", (-1e9,), {}, -UNLIMITED_EFFORT),
     ],
 )
 def test_a_command_is_held_within_the_limits(method, arguments, limits, expected):

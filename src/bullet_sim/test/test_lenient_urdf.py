@@ -142,10 +142,10 @@ VALUES = {
     "four numbers": (arm('<axis xyz="0 1 0 5"/>'), axis, (0, 1, 0), ["'0 1 0 5'"]),
     "an axis of zero": (arm('<axis xyz="0 0 0"/>'), axis, (1, 0, 0), ["is zero", "1 0 0 is used"]),
     "stops the wrong way round": (
-        limited('lower="2" upper="1" effort="1" velocity="1"'),
+        limited('lower="2" upper="-1" effort="1" velocity="1"'),
         stops,
-        (None, None),
-        ["lower limit 2.0", "upper 1.0"],
+        (-1, 2),
+        ["lower limit 2.0", "upper -1.0", "exchanged"],
     ),
     "a stop that is no number": (
         limited('lower="left" upper="1" effort="1" velocity="1"'),

@@ -21,7 +21,7 @@ URDF = (
     '<link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.2" izz="0.3" '
     'ixy="0.01" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="revolute">'
     '<parent link="base"/>'
-    '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" '
+    '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="99" '
     'velocity="50"/></joint><link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" '
     'iyy="0.1" izz="0.1"'
     ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="axle" type="continuous">'

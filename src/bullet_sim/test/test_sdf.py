@@ -3,6 +3,7 @@
 import pytest
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.resolve import Resolver
 from bullet_sim.formats.sdf import world as sdf_world
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.pose import Pose
@@ -97,6 +98,31 @@ def test_included_file_with_name_and_pose(tmp_path):
     ).models
     assert (own.name, own.static, own_pose.position) == ("crate", True, (1, 2, 3))
     assert (named.name, named.static, named_pose.position) == ("b", False, (0, 0, 9))
+
+
+def test_a_world_includes_a_urdf_that_a_model_config_names(tmp_path):
+    """As sdformat's readFile converts it; a model cannot include one here."""
+    (tmp_path / "model.config").write_text("<model><sdf version='1.5'>bot.urdf</sdf></model>")
+    moments = "ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'"
+    mass = f"<inertial><mass value='1'/><inertia {moments}/></inertial>"
+    (tmp_path / "bot.urdf").write_text(
+        f"<robot name='bot'><link name='base'>{mass}</link><link name='cam'>{mass}</link><joint "
+        "name='j' type='fixed'><parent link='base'/><child link='cam'/></joint></robot>"
+    )
+    p3d = "<bodyName>base</bodyName><topicName>t</topicName>"
+    plugin = f"<plugin name='p' filename='libgazebo_ros_p3d.so'>{p3d}</plugin>"
+    more = f"<name>b</name><pose>0 0 9 0 0 0</pose><static>true</static>{plugin}"
+    inner = f"<model name='m'><link name='l'/>{include(tmp_path)}</model>"
+    world = parse_world(
+        f"<sdf version='1.6'><world name='w'>{include(tmp_path)}{include(tmp_path, more)}{inner}"
+        "</world></sdf>",
+        Resolver(),
+    )
+    (own, own_pose), (named, named_pose), _ = world.models
+    assert (own.name, own.is_urdf, own.static, own_pose) == ("bot", True, False, Pose())
+    assert (named.name, named.static, named_pose.position) == ("b", True, (0, 0, 9))
+    assert len(named.sensors) == 1 and not own.sensors
+    assert [w for w in world.warnings if "only a <world> can include" in w]
 
 
 def test_a_file_is_read_once_for_each_include(tmp_path, monkeypatch):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import trimesh
+from bullet_sim.formats.joints import NOTHING
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -112,6 +113,7 @@ def test_odd_masses_still_fall(world, mass, inertia, warned):
         ('<limit effort="inf" velocity="inf" lower="-1" upper="1"/>', (-1, 1, 0, 0)),
         ('<limit effort="5" velocity="1e16" lower="-inf" upper="inf"/>', (None, None, 5, 0)),
         ('<limit effort="5" velocity="2" lower="0"/>', (0, 0, 5, 2)),
+        ('<limit effort="0" velocity="0" lower="2" upper="1"/>', (1, 2, NOTHING, NOTHING)),
         ('<limit effort="5" velocity="2" lower="-1" upper="inf"/>', (-1, 1e9, 5, 2)),
         ("", (None, None, 0, 0)),
     ],

@@ -35,8 +35,22 @@ def model_names(model: Model) -> list[str]:
 
 
 def link_names(model: Model) -> list[str]:
-    """Names in link_states: of the links that Gazebo has."""
-    return [f"{model.name}::{link}" for link in model.bodies]
+    """Names in link_states: of the links that Gazebo has, but for those of models inside it."""
+    return [
+        f"{model.name}::{link}" for link in model.bodies if not model.description.scope_of(link)
+    ]
+
+
+def link_motions(model: Model) -> Sequence[Motion]:
+    """Motions of the links of link_names()."""
+    motions = model.body_motions()
+    if not model.description.nested:
+        return motions
+    return [
+        motion
+        for link, motion in zip(model.bodies, motions)
+        if not model.description.scope_of(link)
+    ]
 
 
 class StateTopic:
@@ -102,7 +116,7 @@ class StateTopics:
         self._world, self._rate = world, rate
         self._topics = [
             StateTopic(f"{prefix}/model_states", ModelStates, model_names, root_motions),
-            StateTopic(f"{prefix}/link_states", LinkStates, link_names, Model.body_motions),
+            StateTopic(f"{prefix}/link_states", LinkStates, link_names, link_motions),
         ]
         self.restart()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -119,13 +119,13 @@ class FoundModel:
             there, at, spin = model.link_state(name)
             arm = np.subtract(model.body.link_center(name), there.position)
             motion = at + np.cross(spin, arm), spin
-            if scope_of(model, name) == self._scope:
+            if model.description.scope_of(name) == self._scope:
                 motion = linear, angular
             model.set_link_state(name, moved * there, *motion)
 
     def own(self, names: Iterable[str]) -> list[str]:
         """Those of the outermost model's links or joints that are its own."""
-        return [name for name in names if scope_of(self.model, name) == self._scope]
+        return [name for name in names if self.model.description.scope_of(name) == self._scope]
 
     def plain(self, names: Iterable[str]) -> list[str]:
         """As own(), by the names that they have in it."""
@@ -151,24 +151,47 @@ class FoundModel:
         ]
 
 
-def scope_of(model: Model, name: str) -> str:
-    """Prefix of a link's or joint's name that is the model inside which it is; "" for its own."""
-    scopes = (f"{path}::" for path in model.description.nested)
-    return max((scope for scope in scopes if name.startswith(scope)), key=len, default="")
+def _entity(world: World, name: str) -> tuple[str, FoundModel] | None:
+    """What has a name, as World::EntityByName of Gazebo finds it, whatever is looked for: of each
+    model in turn itself, its links, the models inside it, its joints.
+
+    Returns:
+        ("model", it), ("link" or "joint", the outermost model and its link's or joint's name).
+    """
+    for model in world.models.values():
+        if name == model.name:
+            return "model", FoundModel(model)
+        part = name[len(model.name) + 2 :] if name.startswith(f"{model.name}::") else name
+        if part in model.bodies:
+            return "link", FoundModel(model, part)
+        for path in model.description.nested:
+            if part in (path, path.rpartition("::")[2]):
+                return "model", FoundModel(model, path)
+        for body in model.bodies if model.description.nested else ():
+            if part == body[len(model.description.scope_of(body)) :]:
+                return "link", FoundModel(model, body)
+        if part in model.description.joints and model.stays(part):
+            return "joint", FoundModel(model, part)
+    return None
+
+
+def _other(kind: str, name: str) -> str:
+    """That an entity of another kind has a name, and so hides others, as in Gazebo."""
+    return f"'{name}' is a {kind}; what comes first of a name hides the others, as in Gazebo"
 
 
 def find_model(world: World, name: str) -> FoundModel:
     """Model of a name: MODEL, OUTER::INNER or the plain name of one inside another.
 
     Raises:
-        WorldError: there is none.
+        WorldError: there is none, or a link or joint of that name comes first.
     """
-    if name not in world.models:
-        for model in world.models.values():
-            for path in model.description.nested:
-                if name in (f"{model.name}::{path}", path.rpartition("::")[2]):
-                    return FoundModel(model, path)
-    return FoundModel(world.model(name))
+    kind, found = _entity(world, name) or ("", None)
+    if found is None:
+        return FoundModel(world.model(name))
+    if kind != "model":
+        raise WorldError(_other(kind, name))
+    return found
 
 
 def find_frame(world: World, name: str) -> Frame:
@@ -179,10 +202,9 @@ def find_frame(world: World, name: str) -> Frame:
     """
     if name in WORLD_FRAMES:
         return Frame()
-    try:
-        return Frame(*find_model(world, name).state())
-    except WorldError:
-        pass
+    kind, found = _entity(world, name) or ("", None)
+    if found is not None and kind == "model":
+        return Frame(*found.state())
     model, link = find_link(world, name, "reference frame")
     return Frame(*model.link_state(link))
 
@@ -193,46 +215,34 @@ def find_link(world: World, name: str, label: str = "link") -> tuple[Model, str]
     As in Gazebo a link that a URDF's fixed joint merges into another is none.
 
     Raises:
-        WorldError: there is none; lists the links.
+        WorldError: there is none; lists the links. Or a model or joint of that name comes first.
     """
-    match = _find(world, name, lambda model: model.bodies)
-    if match is None:
+    kind, found = _entity(world, name) or ("", None)
+    if found is None:
         raise WorldError(
             f"{label} '{name}' does not exist; {_known(world, lambda model: model.bodies, 'links')}"
         )
-    return match
+    if kind != "link":
+        raise WorldError(_other(kind, name))
+    return found.model, found.path
 
 
 def find_joint(world: World, name: str) -> tuple[Model, str]:
     """(Model, joint name) of a joint's plain name (the first model's that has it) or MODEL::JOINT.
 
+    As in Gazebo those of models inside others are not found.
+
     Raises:
         WorldError: there is none; lists the joints.
     """
-    match = _find(world, name, lambda model: model.description.joints)
-    if match is None:
-        raise WorldError(
-            f"joint '{name}' does not exist; "
-            f"{_known(world, lambda model: model.description.joints, 'joints')}"
-        )
-    return match
-
-
-def _find(
-    world: World, name: str, parts: Callable[[Model], Collection[str]]
-) -> tuple[Model, str] | None:
-    model_name, scoped, part = name.partition("::")
-    model = world.models.get(model_name) if scoped else None
-    if model is not None and part in parts(model):
-        return model, part
     for model in world.models.values():
-        if name in parts(model):
-            return model, name
-        if model.description.nested:  # a plain name of what is in a model inside it
-            for part in parts(model):
-                if name == part[len(scope_of(model, part)) :]:
-                    return model, part
-    return None
+        part = name[len(model.name) + 2 :] if name.startswith(f"{model.name}::") else name
+        if part in model.description.joints and not model.description.scope_of(part):
+            return model, part
+    raise WorldError(
+        f"joint '{name}' does not exist; "
+        f"{_known(world, lambda model: model.description.joints, 'joints')}"
+    )
 
 
 def _known(world: World, parts: Callable[[Model], Iterable[str]], label: str) -> str:

@@ -289,21 +289,12 @@ class JointServices:
         return srv.SetJointPropertiesResponse(status_message="SetJointProperties: properties set")
 
     def _drive(self, request: Any) -> srv.ApplyJointEffortResponse:
-        def work() -> float:
+        def work() -> None:
             refusal = "ApplyJointEffort: joint not found"
             model, joint = gazebos_joint(self._world, request.joint_name, refusal)
-            if joint not in model.joints.names:
-                return float(request.effort)  # a fixed one
-            steps = requested_steps(self._world, request)
-            return self._world.forces.apply_effort(model, joint, request.effort, steps)
+            if joint in model.joints.names:  # a fixed one takes none
+                steps = requested_steps(self._world, request)
+                self._world.forces.apply_effort(model, joint, request.effort, steps)
 
-        effort = self._jobs.call(work)
-        if effort != request.effort:
-            rospy.logwarn(
-                "apply_joint_effort: the effort on '%s' is clipped from %g to %g, the limit of its "
-                "description",
-                request.joint_name,
-                request.effort,
-                effort,
-            )
+        self._jobs.call(work)
         return srv.ApplyJointEffortResponse(status_message="ApplyJointEffort: effort set")

@@ -142,8 +142,10 @@ class ModelServices:
         finally:
             self._jobs.read(lambda: self._server.release(reading))
         self._connect(model, request.robot_namespace, hold)
-        if model.name != name:  # for which Gazebo's client waits 10 s
-            raise SimError(f"{NOT_SPAWNED}{name}: it is there as '{model.name}'")
+        try:
+            self._jobs.read(lambda: find_model(self._world, name))
+        except SimError as error:  # for which Gazebo's client waits 10 s
+            raise SimError(f"{NOT_SPAWNED}{name}: '{model.name}' is there; {error}") from error
         return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
 
     def _read(self, name: str, text: SpawnText) -> tuple[ModelDescription, Pose]:
@@ -195,7 +197,10 @@ class ModelServices:
     def _remove(self, name: str) -> None:
         def work() -> list[Any]:
             with refusing("DeleteModel: model does not exist"):
+                joints = find_model(self._world, name).model.description.joints
                 self._world.delete(name)
+            for joint in joints:  # upstream clears by plain names, of all models
+                self._world.forces.clear_joint(joint)
             return self._robots.disconnect(name)
 
         for part in self._jobs.call(work):

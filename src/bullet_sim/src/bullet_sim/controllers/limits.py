@@ -54,11 +54,6 @@ class JointLimits:
         """A position [rad, m] within the limits, and the effort [N m, N] and speed to reach it."""
         return self.position(value), self.max_effort, self.max_speed
 
-    def effort(self, value: float) -> float:
-        """An effort [N m, N] that is not a controller's, at most the limit."""
-        limit = self._joint.effort or UNLIMITED_EFFORT
-        return min(max(value, -limit), limit)
-
     def of_force(self) -> tuple[float, float]:
         """Speed and effort of law.truncated(); 0: none, as continuous joints have in Gazebo, since
         sdformat leaves their limits out when it converts a URDF."""

@@ -293,6 +293,7 @@ class Link:
         decay: fractions of its linear and angular velocity that it loses in each step of the
             solver 'ode'.
         wind: a wind of the world acts on it.
+        told: its inertia (3, 3) about the axes of its <inertial>, as the file has it.
     """
 
     name: str
@@ -309,12 +310,13 @@ class Link:
     kinematic: bool = False
     decay: tuple[float, float] = (0.0, 0.0)
     wind: bool = False
+    told: Array | None = None
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
         """Set center and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the center."""
         xx, xy, xz, yy, yz, zz = moments
         local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        self.inertia = pose.matrix @ local @ pose.matrix.T
+        self.told, self.inertia = local, pose.matrix @ local @ pose.matrix.T
         self.center = np.array(pose.position)
 
 
@@ -509,6 +511,12 @@ class ModelDescription:
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Add a warning about something ignored or repaired, once: see ReadWarning."""
         self.warnings.add(text, cause, item)
+
+    def scope_of(self, name: str) -> str:
+        """Prefix of a link's or joint's name that is the model inside which it is; "" for its
+        own."""
+        scopes = (f"{path}::" for path in self.nested)
+        return max((scope for scope in scopes if name.startswith(scope)), key=len, default="")
 
     def joints_of(self, parent: str) -> list[Joint]:
         """Joints whose parent is the given link, in file order, without those that close loops."""

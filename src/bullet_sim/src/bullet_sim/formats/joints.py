@@ -33,6 +33,8 @@ from bullet_sim.xml_reader import (
 
 Version = Tuple[int, int]  # (major, minor) of an SDF document
 UNLIMITED = 1e9  # [rad, m] replaces a missing limit on one side
+NOTHING = 1e-300  # a limit of 0 for efforts and velocities, of which 0 means that there is none
+_FORCES = ("effort", "velocity")
 
 
 def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
@@ -231,11 +233,11 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
                 f"'{joint.name}'",
             )
         return
-    given = (child_bound(limit, f"@{key}", f"{label} limit") for key in ("effort", "velocity"))
+    given = (child_bound(limit, f"@{key}", f"{label} limit") for key in _FORCES)
     effort, velocity = (inf if value is None else abs(value) for value in given)
     joint.limit = effort, velocity
-    joint.effort, joint.velocity = (0.0 if value == inf else value for value in joint.limit)
-    for key in ("effort", "velocity"):
+    joint.effort, joint.velocity = (0.0 if v == inf else v or NOTHING for v in joint.limit)
+    for key in _FORCES:
         if limit.get(key) is None and joint.kind != "fixed":
             limit.warn(
                 f"{label} limit has no {key}, which URDF demands; it has no such limit",
@@ -246,6 +248,13 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
         return
     lower = child_bound(limit, "@lower", f"{label} limit", 0.0)
     upper = child_bound(limit, "@upper", f"{label} limit", 0.0)
+    if joint.kind == "revolute" and lower is not None and upper is not None and lower > upper:
+        limit.warn(
+            f"{label} has lower limit {lower} above upper {upper}; they are exchanged",
+            "joints have a lower limit above the upper one; they are exchanged, as in Gazebo",
+            f"'{joint.name}'",
+        )
+        lower, upper = upper, lower
     set_limits(joint, lower, upper, label, element)
 
 
@@ -446,8 +455,10 @@ class JointReader:
             lower = child_bound(element, f"{tag}/limit/lower", label)
             upper = child_bound(element, f"{tag}/limit/upper", label)
             set_limits(joint, lower, upper, label, element)
-        joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
-        joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
+        joint.effort, joint.velocity = (
+            0.0 if bound is None or bound < 0.0 else bound or NOTHING
+            for bound in (child_bound(element, f"{tag}/limit/{key}", label) for key in _FORCES)
+        )
         read_dynamics(element, joint, label, tag, tuple(_AXIS_NUMBERS))
         joint.damping, joint.friction = max(0.0, joint.damping), max(0.0, joint.friction)
         if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":

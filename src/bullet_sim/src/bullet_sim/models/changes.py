@@ -75,14 +75,15 @@ class Forces(Stateful):
     def apply_wrench(
         self, model: Model, link: str, force: Vector, torque: Vector, steps: tuple[int, float]
     ) -> None:
-        """Apply a force at the center of mass of a link's rigid part, and a torque.
+        """Apply a force at the center of mass of a link's rigid part, and a torque; without an
+        effect on a static model.
 
         Args:
             force, torque: (3,) [N], [N m] along world axes; they do not rotate with the link.
             steps: as step_range gives it.
 
         Raises:
-            SimError: no such link, a static model, a number that is NaN or infinite.
+            SimError: no such link, a number that is NaN or infinite.
         """
         self._check(model, f"wrench on link '{link}'", (*force, *torque))
         part, _ = model.link_in_body(link)
@@ -91,19 +92,16 @@ class Forces(Stateful):
 
     def apply_effort(
         self, model: Model, joint: str, effort: float, steps: tuple[int, float]
-    ) -> float:
-        """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
-
-        Returns:
-            The clipped effort.
+    ) -> None:
+        """Apply an effort [N m, N] to a joint in addition to its controller, see
+        Joints.add_effort.
 
         Raises:
-            SimError: as for apply_wrench.
+            SimError: no such joint, a number that is NaN or infinite.
         """
         self._check(model, f"effort on joint '{joint}'", (effort,))
-        effort = model.joints.clip_effort(joint, effort)
+        model.joints.motor(joint)
         self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
-        return effort
 
     def _add(
         self,
@@ -113,7 +111,7 @@ class Forces(Stateful):
         steps: tuple[int, float],
         apply: Callable[[], None],
     ) -> None:
-        if steps[1] > steps[0]:
+        if steps[1] > steps[0] and not model.is_static:
             self._loads.append(_Load(model, part, part_type, *steps, apply))
 
     @staticmethod
@@ -121,8 +119,6 @@ class Forces(Stateful):
         for value in values:
             if not math.isfinite(value):
                 raise CommandError(f"{label} of '{model.name}' has {value}, must be finite")
-        if model.is_static:
-            raise CommandError(f"{label} of '{model.name}' has no effect: the model is static")
 
     def apply(self, step: int) -> None:
         """Apply all that act in the next physics step; `step` is the number of steps made.
@@ -211,14 +207,22 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
 
 def gazebos_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
     """As link_properties, of a link as Gazebo has it: a fixed joint of an SDF does not merge its
-    links, and what a URDF fixes to the world carries what is merged into it."""
+    links, and what a URDF fixes to the world carries what is merged into it. The inertia of a
+    single link is what its file says, about the axes of its <inertial>."""
     name, offset = model.link_in_body(link)
     mass, center, inertia, gravity = link_properties(model, link)
-    carrier = model.rigid_parts[name]
-    if not model.description.is_urdf:
-        if any(model.link_in_body(other)[0] == name for other in model.bodies if other != link):
-            own = model.description.links[link]
-            mass, center, inertia = own.mass, own.center, own.inertia
+    carrier, own, described = (
+        model.rigid_parts[name],
+        model.description.links[link],
+        model.description,
+    )
+    others = model.bodies if not described.is_urdf else described.links
+    shared = any(model.link_in_body(other)[0] == name for other in others if other != link)
+    if own.told is not None and not (shared and described.is_urdf):
+        inertia = own.told
+    if not described.is_urdf:
+        if shared:
+            mass, center = own.mass, own.center
     elif name != link and link in model.bodies:
         whole = moved(carrier, offset.inverse())
         mass, center, inertia = whole.mass, whole.center, whole.inertia

@@ -96,15 +96,6 @@ class Joints:
         for name, motor in motors.items():
             motor.set_position(self._limits[name].position(values[name]))
 
-    def clip_effort(self, name: str, effort: float) -> float:
-        """The effort [N m, N], not above the joint's limit in the URDF.
-
-        Raises:
-            ModelError: no such movable joint.
-        """
-        self.motor(name)
-        return self._limits[name].effort(effort)
-
     def add_effort(self, name: str, effort: float) -> None:
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor, as far as
         law.truncated() lets it."""

@@ -162,8 +162,7 @@ def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
     names = [name for name in (xml.text(tag) for tag in tags) if name in xml.model.links]
     if robot.tag != "robot" or all(xml.merged(name) == name for name in names):
         return xyz, rpy
-    moved = offset_of_merged(xml.model, names, Pose.from_xyz_rpy(xyz, rpy))
-    return moved.position, moved.rpy
+    return offset_of_merged(xml.model, names, xyz, rpy)
 
 
 NANO = 1e-9  # of a ratio of rates, by which it may be off

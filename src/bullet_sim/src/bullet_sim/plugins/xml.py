@@ -8,10 +8,12 @@ from collections.abc import Iterable
 from typing import Any, TypeVar, cast
 from xml.etree.ElementTree import Element
 
+import numpy as np
+
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins.rules import MODEL, NONE, RULES, FrameName, FramePrefix
-from bullet_sim.pose import Pose, PoseTuple
+from bullet_sim.pose import Pose, PoseTuple, Vec3, vector3
 from bullet_sim.xml_reader import (
     Node,
     add_child,
@@ -68,11 +70,14 @@ def _above(link: str, joints: dict[str, Joint]) -> list[str]:
     return [*found][1:]
 
 
-def offset_of_merged(model: ModelDescription, names: Iterable[str], offset: Pose) -> Pose:
-    """<xyzOffset> and <rpyOffset> of a plugin, as sdformat leaves them.
+def offset_of_merged(
+    model: ModelDescription, names: Iterable[str], xyz: Vec3, rpy: Vec3
+) -> tuple[Vec3, Vec3]:
+    """<xyzOffset> [m] and <rpyOffset> [rad] of a plugin, as sdformat leaves them.
 
     Each time that it writes the parent of a link that it merges in the place of one of the names,
-    it puts the offset into that parent's frame, the deepest links first.
+    the deepest links first, it takes the angles for degrees, turns the offset by the inverse of the
+    joint's origin and subtracts that one's position (inverseTransformToParentFrame).
     """
     joints = _lumped(model)
     chains = [[name, *_above(name, joints)][:-1] for name in names]
@@ -80,8 +85,11 @@ def offset_of_merged(model: ModelDescription, names: Iterable[str], offset: Pose
     for link in sorted(depth, key=lambda name: (-depth[name], name)):
         for chain in chains:
             if link in chain:
-                offset = joints[link].origin * offset
-    return offset
+                origin = joints[link].origin
+                offset = Pose.from_xyz_rpy(xyz, np.radians(rpy))
+                turned = Pose((0.0, 0.0, 0.0), origin.orientation).inverse() * offset
+                xyz, rpy = vector3(np.subtract(turned.position, origin.position)), turned.rpy
+    return xyz, rpy
 
 
 class MissingPart(ModelError):

@@ -4,33 +4,49 @@ from __future__ import annotations
 
 from bullet_sim.description.actor import ActorMotion, Trajectory, person
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.joints import Version
+from bullet_sim.formats.materials import Resolve
+from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.plugins import parse_plugin
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, sdf_pose
+from bullet_sim.xml_reader import (
+    Node,
+    add_child,
+    child_flag,
+    child_number,
+    child_text,
+    copied,
+    sdf_pose,
+)
 
 DEFAULT = "__default__"  # of an animation without a name: that of the skin's file
 MOVERS = ("ActorPlugin", "PedestrianSFMPlugin")  # libraries of plugins of actors that are read
 CYCLE = 1.1  # [s] of an animation, of which no file is read
 
 
-def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
-    """The description of an <actor>, and where it stands before it begins.
+def parse_actor(
+    element: Node, label: str, resolve: Resolve, version: Version
+) -> tuple[ModelDescription, Pose]:
+    """The description of an <actor>, and where it stands before it begins: a person, or without a
+    <skin> its <link>s.
 
-    A trajectory with an animation that the actor does not have is left out, as in Gazebo.
+    Of a person a trajectory with an animation that it does not have is left out, as in Gazebo.
     """
     name = element.get("name") or "actor"
     label = f"{label} actor '{name}'"
     pose = sdf_pose(element, label)
-    skin = child_text(element, "skin/filename") or "(none)"
-    element.warn(
-        f"{label} is drawn as a person of simple shapes: skin '{skin}' and its animations are "
-        "not read",
-        "actors are drawn as persons of simple shapes; skins and animations are not read",
-        f"'{name}'",
-    )
+    skin = child_text(element, "skin/filename")
+    if skin:
+        element.warn(
+            f"{label} is drawn as a person of simple shapes: skin '{skin}' and its animations are "
+            "not read",
+            "actors are drawn as persons of simple shapes; skins and animations are not read",
+            f"'{name}'",
+        )
     movers = [part for part in element.findall("plugin") if library(part) in MOVERS]
-    for tag in ("plugin", "link", "joint"):
+    for tag in ("plugin", "link", "joint") if skin else ("plugin", "joint"):
         for part in element.findall(tag):
             if part in movers:
                 continue
@@ -44,8 +60,9 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
         for animation in element.findall("animation")
     }
     script = element.find("script")
+    kinds = None if not skin and not animations else animations
     motion = ActorMotion(
-        trajectories=_trajectories(script, animations, label),
+        trajectories=_trajectories(script, kinds, label),
         loop=True if script is None else child_flag(script, "loop", label, True),
         delay=0.0 if script is None else child_number(script, "delay_start", label, 0.0),
         starts=True if script is None else child_flag(script, "auto_start", label, True),
@@ -53,21 +70,40 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
         pose=pose,
         scale=child_number(element, "skin/scale", label, 1.0) or 1.0,
     )
-    model = person(name, motion)
-    model.warnings = element.document.warnings
+    if skin:
+        model = person(name, motion)
+        model.warnings = element.document.warnings
+    else:
+        model = parse_model_element(_links_of(element), resolve, version, _no_include)
+        model.motion = motion
     for plugin in movers:
         parse_plugin(plugin, model)
     return model, pose
 
 
+def _links_of(actor: Node) -> Node:
+    """A <model> of the links of an actor, whose collisions touch nothing here; or an empty one."""
+    model = copied(actor)
+    model.tag = "model"
+    for part in [part for part in model if part.tag != "link"]:
+        model.remove(part)
+    if not len(model):
+        add_child(model, "link", "").set("name", f"{model.get('name')}_pose")
+    return model
+
+
+def _no_include(_: Node) -> tuple[Node, Version]:
+    raise ModelError("actors include nothing")
+
+
 def _trajectories(
-    script: Node | None, animations: dict[str, bool], label: str
+    script: Node | None, animations: dict[str, bool] | None, label: str
 ) -> tuple[Trajectory, ...]:
-    """By their ids; without any the first animation alone."""
+    """By their ids; without any the first animation alone. No animations (None) lack none."""
     trajectories = []
     for element in [] if script is None else script.findall("trajectory"):
         animation = element.get("type") or DEFAULT
-        if animation not in animations:
+        if animations is not None and animation not in animations:
             element.warn(
                 f"{label} has a trajectory of type '{animation}', animations are "
                 f"{', '.join(animations) or '(none)'}; it is left out",

@@ -57,6 +57,8 @@ class Includes:
                 raise ModelError(f"{MAX_INCLUDES} models are included already, which is the most")
             self._included += 1
             inner, version = self._open(include)
+            if inner.tag == "robot":
+                raise ModelError("it is a URDF, which only a <world> can include here")
         except (OSError, ValueError) as error:
             self._warn(
                 f"model '{self._name}' includes '{uri}', which cannot be used: {error}",

@@ -188,7 +188,9 @@ class ModelReader:
             self._link(link, prefix, pose, frames, windy)
         for inner in element.findall("model"):
             name = inner.get("name") or "model"
-            there = pose * frames.pose(name)
+            there = pose * sdf_pose(
+                inner, f"model '{name}'"
+            )  # Gazebo's reader of it knows no frames
             self.read(inner, f"{prefix}{name}::", there, version)
             first = next((link for link in self.poses if link.startswith(f"{prefix}{name}::")), "")
             if first:

@@ -33,6 +33,7 @@ from bullet_sim.formats.sdf.physics import choose_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.formats.shapes import parse_road
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cpp import cpp_spec
 from bullet_sim.plugins.xml import PluginValues, library
 from bullet_sim.pose import Pose, Vec3
@@ -206,7 +207,9 @@ class WorldReader:
                 )
         # after all other models
         actors = self._world.findall("actor")
-        self._described.models += [parse_actor(actor, self._label) for actor in actors]
+        self._described.models += [
+            parse_actor(actor, self._label, self._resolve, self._version) for actor in actors
+        ]
         for population in self._world.findall("population"):
             self._add_population(population)
         self._number_names()
@@ -290,8 +293,9 @@ class WorldReader:
             pose = sdf_pose(element, label) if has_pose else None
             self._shine(parse_light(inner, self._label, pose))
             return None
-        for plugin in element.findall("plugin"):
-            inner.append(plugin)
+        plugins = element.findall("plugin")
+        into = add_child(inner, "gazebo", "") if plugins and inner.tag == "robot" else inner
+        into.extend(plugins)
         if name := child_text(element, "name"):  # which its plugins have as namespace
             inner.set("name", name)
         return _read_model(inner, self._resolve, version)
@@ -481,21 +485,29 @@ def _opener(resolve: Resolve, warnings: Warnings) -> OpenInclude:
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
         sdf = parse(read_file(path, "SDF", "text_bytes"), path, warnings)
-        upgrade(sdf, _version(sdf))
-        warn_unread(sdf)
+        if sdf.tag != "robot":
+            upgrade(sdf, _version(sdf))
+            warn_unread(sdf)
         return _model_of(sdf, path), _version(sdf)
 
     return open_include
 
 
 def _read_model(element: Node, resolve: Resolve, version: Version) -> ModelDescription:
+    """Read a <model>, or the <robot> of a URDF that an <include> leads to."""
+    if element.tag == "robot":
+        warnings = element.document.warnings
+        model = parse_urdf(element, resolve, element.get("name") or "robot")
+        for warning in model.warnings:
+            warnings.add(warning, warning.cause, warning.item)
+        return model
     opener = _opener(resolve, element.document.warnings)
     return parse_model_element(element, resolve, version, opener)
 
 
 def _model_of(sdf: Node, label: str) -> Node:
-    """The <model> of a document, or the <light> of one that has no model."""
-    element = sdf if sdf.tag == "model" else sdf.find("model")
+    """The <model> of a document, or the <light> of one that has no model; the <robot> of a URDF."""
+    element = sdf if sdf.tag in ("model", "robot") else sdf.find("model")
     element = sdf.find("light") if element is None else element
     if element is None:
         raise ModelError(f"{label} has no <model>")
