@@ -155,7 +155,7 @@ def _list_of(namespace, limit):
     try:
         rospy.wait_for_service(name, timeout=limit)
     except rospy.ROSException as error:
-        _, _, (_, _, services) = rosgraph.Master(rospy.get_name()).getSystemState()
+        _, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
         raise AssertionError(f"{error}; services: {sorted(services)}") from None
     return rospy.ServiceProxy(name, ListControllers)
 

@@ -18,7 +18,8 @@ def test_there_are_pages():
     names = [path.stem for path in tutorial.PAGES]
     assert len(names) == 10
     index = tutorial.links(ROOT / "docs" / "tutorials" / "README.md")
-    assert sorted(target for target in index) == [f"{name}.md" for name in names]
+    own = sorted(target for target in index if not target.startswith(".."))
+    assert own == [f"{name}.md" for name in names]
 
 
 @pytest.mark.parametrize("path", tutorial.PAGES, ids=lambda path: path.stem)
