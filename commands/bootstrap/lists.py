@@ -44,21 +44,35 @@ def wanted(name, ros=""):
 
 def missing(entries):
     """Returns what is not installed, of NAME|OTHER the first that apt has or could install."""
-    names = [name for entry in entries for name in entry.split("|")]
-    form = "-f=${db:Status-Abbrev} ${Package}\n"
-    installed = set(re.findall("^.i +(.*)$", _said("dpkg-query", "-W", form, *names), re.MULTILINE))
+    there = installed(name for entry in entries for name in entry.split("|"))
     result = []
     for entry in entries:
         first, *others = entry.split("|")
-        known = filter(_known, [first, *others]) if others else iter(())
+        known = filter(lambda name: available([name]), [first, *others]) if others else iter(())
         chosen = next(known, first)
-        if chosen not in installed:
+        if chosen not in there:
             result.append(chosen)
     return result
 
 
-def _known(name):
-    return re.search("^  Candidate: [^(]", _said("apt-cache", "policy", name), re.MULTILINE)
+def installed(names):
+    """Returns which packages are installed."""
+    form = "-f=${db:Status-Abbrev} ${Package}\n"
+    said = _said("dpkg-query", "-W", form, *sorted(set(names)))
+    return set(re.findall("^.i +(.*)$", said, re.MULTILINE))
+
+
+def available(names):
+    """Returns which packages apt could install; installed ones are in any case.
+
+    Raises:
+        OSError: There is no apt.
+    """
+    names = sorted(set(names))
+    said = _said("apt-cache", "policy", *names) if names else ""
+    _, *parts = re.split(r"^(\S+):\n", said, flags=re.MULTILINE)  # names, and what is said of each
+    lines = zip(parts[::2], parts[1::2])
+    return {name for name, text in lines if re.search("^  Candidate: [^(]", text, re.MULTILINE)}
 
 
 def _said(*words):

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field
 
 from commands import sources
 from commands.bootstrap import left_out, old_code, packages, ros, workspace
+from commands.bootstrap.lists import available as existing
+from commands.bootstrap.lists import installed
 from commands.bootstrap.workspace import (
     given_way,
     manifests_below,
@@ -229,34 +231,6 @@ def prepare():
     """Installs what looks names up and brings sources, if it is missing."""
     if not all(map(os.path.exists, (ROSDEP, VCS))):
         packages.prepare("apt-sources.txt")
-
-
-def existing(names):
-    """Returns which packages apt could install.
-
-    Returns:
-        Set of those that exist; installed ones do in any case.
-    """
-    names = sorted(set(names))
-    if not names:
-        return set()
-    words = ["apt-cache", "--quiet=0", "policy", *names]
-    environ = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
-    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environ)
-    known, name = set(), ""
-    for line in done.stdout.splitlines():
-        if not line.startswith(" "):
-            name = re.sub(":$", "", line)
-        elif line.strip().startswith("Candidate:") and not line.endswith("(none)"):
-            known.add(name)
-    return known
-
-
-def installed(names):
-    """Returns which packages are installed."""
-    words = ["dpkg-query", "-W", "-f", "${db:Status-Abbrev}${Package}\n", *sorted(set(names))]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    return {line[3:] for line in done.stdout.splitlines() if line.startswith("ii ")}
 
 
 def has_lists():

@@ -47,25 +47,29 @@ def imported_names(text, package):
     """Lists the dotted names that a source text imports, wherever it does.
 
     Args:
-        package: dotted name of the package that the text is a module of, for relative imports.
+        package: dotted name of the package that the text is a module of, for relative imports;
+            empty: these begin with a dot.
 
     Returns:
-        Names of modules, and of what may be one: of `from a import b` it is a.b.
+        (name, line) of modules, and of what may be one: of `from a import b` it is a.b.
     """
     found = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
+            names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             stem = [node.module] if node.module else []
             if node.level:
                 parts = package.split(".")
                 stem = [*parts[: len(parts) - node.level + 1], *stem]
-            found += [".".join([*stem, alias.name]) for alias in node.names]
+            names = [".".join([*stem, alias.name]) for alias in node.names]
         elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
             called = getattr(node.func, "attr", getattr(node.func, "id", ""))
-            if called in ("import_module", "__import__") and isinstance(node.args[0].value, str):
-                found.append(node.args[0].value)
+            is_import = called in ("import_module", "__import__")
+            names = [node.args[0].value] if is_import else []
+        else:
+            continue
+        found += [(name, node.lineno) for name in names if isinstance(name, str)]
     return found
 
 
@@ -93,7 +97,7 @@ def graph_of(modules, text_of):
             package = name if path.name == "__init__.py" else name.rpartition(".")[0]
             graph[path] = targets = set()
             around = {".".join(name.split(".")[:n]) for n in range(1, name.count(".") + 1)}
-            for imported in imported_names(text_of(path), package):
+            for imported, _ in imported_names(text_of(path), package):
                 parts = imported.split(".")
                 ways = [".".join(parts[:n]) for n in range(1, len(parts) + 1)]
                 inner = [way for way in ways if way in known]

@@ -5,6 +5,7 @@ import functools
 from pathlib import Path
 
 import pytest
+from test_import_circles import imported_names
 
 from commands.bootstrap import workspace
 
@@ -54,36 +55,14 @@ def is_python_script(path):
 
 
 @functools.lru_cache(maxsize=None)
-def import_nodes(source):
-    """Lists the nodes of a source text that import, or call a function; each text is read once."""
-    kinds = (ast.Import, ast.ImportFrom, ast.Call)
-    return [node for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)]
+def imports_in(path, package=""):
+    """Lists what a file imports, as imported_names()."""
+    return imported_names(path.read_text(), package)
 
 
-@functools.lru_cache(maxsize=None)
-def text_of(path):
-    """Returns a file's text."""
-    return path.read_text()
-
-
-@functools.lru_cache(maxsize=None)
-def imports_of(source):
-    """Returns the top-level names a source text imports, also inside functions.
-
-    Returns:
-        Set of (name, line).
-    """
-    found = set()
-    for node in import_nodes(source):
-        if isinstance(node, ast.Import):
-            found |= {(alias.name.split(".")[0], node.lineno) for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            found.add((node.module.split(".")[0], node.lineno))
-        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
-            if called in ("import_module", "__import__") and isinstance(node.args[0].value, str):
-                found.add((node.args[0].value.split(".")[0], node.lineno))
-    return found
+def imports_of(path):
+    """Returns the (top-level name, line) of what a file imports from outside of its package."""
+    return {(name.split(".")[0], line) for name, line in imports_in(path) if name[0] != "."}
 
 
 def offences(directory, forbidden, exempt=()):
@@ -92,7 +71,7 @@ def offences(directory, forbidden, exempt=()):
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for path in python_files(directory)
         if path not in exempt
-        for name, line in sorted(imports_of(text_of(path)))
+        for name, line in sorted(imports_of(path))
         if forbidden(name)
     ]
 
@@ -113,8 +92,9 @@ def is_ros(name):
         ("__import__('a')", {"a"}),
     ],
 )
-def test_the_walker_sees_imports(text, expected):
-    assert {name for name, _ in imports_of(text)} == expected
+def test_the_walker_sees_imports(tmp_path, text, expected):
+    (tmp_path / "a.py").write_text(text)
+    assert {name for name, _ in imports_of(tmp_path / "a.py")} == expected
 
 
 @pytest.mark.parametrize("package", ROBOT_PACKAGES)
@@ -180,7 +160,7 @@ def test_only_the_engine_imports_pybullet():
     engine = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim" / "engine"
     names = {"pybullet", "pybullet_data"}
     bullet = [*python_files(engine / "bullet"), *python_files(engine.parents[2] / "test")]
-    assert any(name == "pybullet" for path in bullet for name, _ in imports_of(text_of(path)))
+    assert any(name == "pybullet" for path in bullet for name, _ in imports_of(path))
     assert offences(ROOT / "src", names.__contains__, exempt=bullet) == []
 
 
@@ -251,25 +231,14 @@ def inner_imports(package, path, base):
     Returns:
         Set of (dotted name, line).
     """
-    found = set()
-    inside = base in path.parents
-    own = list(path.relative_to(base).with_suffix("").parts) if inside else []
-    for node in import_nodes(text_of(path)):
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and (inside or not node.level):
-            stem = node.module or ""
-            if node.level:
-                stem = ".".join([package, *own[: -node.level], *filter(None, [node.module])])
-            names = [f"{stem}.{alias.name}" for alias in node.names]
-        else:
-            continue
-        found |= {
-            (name[len(package) + 1 :], node.lineno)
-            for name in names
-            if name.startswith(package + ".")
-        }
-    return found
+    own = path.relative_to(base).parent.parts if base in path.parents else ()
+    within = ".".join([package, *own]) if base in path.parents else ""
+    start = f"{package}."
+    return {
+        (name[len(start) :], line)
+        for name, line in imports_in(path, within)
+        if name.startswith(start)
+    }
 
 
 @pytest.mark.parametrize("package", SUITES)
