@@ -6,19 +6,17 @@ unpacked and not installed: nothing but plugins in C++ and the host that loads t
 
 import glob
 import os
-import re
 
 from commands.bootstrap import packages, step
 from commands.errors import CommandError, say
 from commands.paths import GAZEBO as PREFIX
 from commands.paths import GAZEBO_STAMP as STAMP
-from commands.paths import ROOT, read, relative, write
+from commands.paths import ROOT, os_release, read, relative, write
 
 LIST = "apt-gazebo.txt"  # of Debian 12, in config/
 OLD_LIST = os.path.join(ROOT, "config", "apt-gazebo-11.txt")
 MIRRORS = ("http://deb.debian.org/debian", "http://archive.debian.org/debian")
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
-RELEASE = "/etc/os-release"
 SIZES = "82 MB to download, 320 MB in .cache/gazebo, and what is missing of Debian 12's packages"
 
 
@@ -66,7 +64,7 @@ def check_system(text=None):
     Args:
         text: Of os-release; None: this system's.
     """
-    fields = dict(re.findall(r'^(\w+)="?([^"\n]*)', read(RELEASE) if text is None else text, re.M))
+    fields = os_release(text)
     system = " ".join(fields.get(name, "") for name in ("ID", "VERSION_ID")).strip()
     if system == "debian 12":
         return

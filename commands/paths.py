@@ -74,6 +74,12 @@ def read_xml(path):
     return re.sub(r"<!--.*?-->", "", read(path), flags=re.DOTALL)
 
 
+def os_release(text=None):
+    """Returns the fields of /etc/os-release, or of a text like it, as a dict."""
+    text = read("/etc/os-release") if text is None else text
+    return dict(re.findall(r"^(\w+)=[\"']?([^\"'\n]*)", text, re.MULTILINE))
+
+
 def write(path, text):
     """Writes a file so that no reader ever sees half of it."""
     os.makedirs(os.path.dirname(path), exist_ok=True)

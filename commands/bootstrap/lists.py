@@ -8,9 +8,7 @@ import os
 import re
 import subprocess
 
-from commands.paths import ROOT, read
-
-OS_RELEASE = "/etc/os-release"
+from commands.paths import ROOT, os_release, read
 
 
 def main(name, ros):
@@ -29,8 +27,7 @@ def wanted(name, ros=""):
     files = [name]
     if name == "apt.txt":
         files += ["apt-first.txt", *([] if ros else ["apt-ros.txt"])]
-    codename = re.search('^UBUNTU_CODENAME="?(\\w+)', read(OS_RELEASE), re.MULTILINE)
-    left_out = f"!{codename[1]}" if codename else None
+    left_out = f"!{os_release().get('UBUNTU_CODENAME')}"
     # A ROS with a Python of its own does not see the modules of the system's.
     own_python = ros and os.access(f"{ros}/bin/python3", os.X_OK)
     result = set()

@@ -25,7 +25,7 @@ from commands.bootstrap.workspace import (
     users_packages,
 )
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, read_xml, write
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, os_release, read, read_xml, write
 
 USAGE = "[--names] [PATH]"
 DEPEND_TAGS = (
@@ -41,7 +41,6 @@ DEPEND_TAGS = (
 OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
 LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
 ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
-OS_RELEASE = "/etc/os-release"
 WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
 WIDTH = 96
 # Stand-ins without C++ of packages that Debian has: C++ that includes their headers needs Debian's.
@@ -203,7 +202,7 @@ def resolve(names, debians_ros=True):
     lists = [OUR_LIST, *([sources.DEBIANS_LIST] if debians_ros else [])]
     names = sorted(set(names))
     done = subprocess.run(
-        [PYTHON, "-I", LOOKUP, _codename(), *lists],
+        [PYTHON, "-I", LOOKUP, os_release().get("VERSION_CODENAME", "sid"), *lists],
         input=json.dumps(names),
         capture_output=True,
         text=True,
@@ -220,11 +219,6 @@ def _as_debian(name):
     if dashed.startswith("python-"):  # rosdep's names of the time of Python 2
         return [f"python3-{dashed[len('python-') :]}"]
     return [dashed] if dashed.startswith(("python3-", "lib")) else []
-
-
-def _codename():
-    lines = [line for line in read(OS_RELEASE).splitlines() if line.startswith("VERSION_CODENAME=")]
-    return lines[0].partition("=")[2].strip('"') if lines else "sid"
 
 
 def prepare():

@@ -9,7 +9,7 @@ import re
 import subprocess
 
 from commands.bootstrap import ros, workspace
-from commands.paths import ROOT, read
+from commands.paths import ROOT, os_release, read
 
 
 def run(_options, _rest):
@@ -48,7 +48,4 @@ def commit():
 
 def system():
     """Returns the name of the operating system."""
-    for line in read("/etc/os-release").splitlines():
-        if line.startswith("PRETTY_NAME="):
-            return line.partition("=")[2].strip('"')
-    return platform.system()
+    return os_release().get("PRETTY_NAME", platform.system())

@@ -103,8 +103,8 @@ class System:
             assert text.count(f"\n{name}={before}\n") == 1
             text = text.replace(f"\n{name}={before}\n", f"\n{name}={after}\n")
         script.write_text(text)
-        lists = self.root / "commands" / "bootstrap" / "lists.py"
-        lists.write_text(lists.read_text().replace("/etc/os-release", str(folder / "os-release")))
+        paths = self.root / "commands" / "paths.py"
+        paths.write_text(paths.read_text().replace('"/etc/os-release"', f'"{folder}/os-release"'))
         self._environ = {
             "PATH": str(self._programs), "HOME": str(folder), "CALLS": str(self.calls),
             "STATE": str(folder / "installed"),

@@ -6,6 +6,7 @@ import pytest
 
 from commands import gazebo_libraries
 from commands.errors import CommandError
+from commands.paths import os_release
 
 DEBIAN = 'ID=debian\nVERSION_ID="12"\n'
 
@@ -30,15 +31,12 @@ def place(tmp_path, monkeypatch):
     listed.write_text("# packages\nlibone\nlibtwo\n")
     prefix = tmp_path / "cache" / "gazebo"
     prefix.parent.mkdir()
-    release = tmp_path / "os-release"
-    release.write_text(DEBIAN)
-    for name, value in (
-        ("OLD_LIST", listed),
-        ("PREFIX", prefix),
-        ("STAMP", prefix / "packages.txt"),
-        ("RELEASE", release),
-    ):
+    places = {"OLD_LIST": listed, "PREFIX": prefix, "STAMP": prefix / "packages.txt"}
+    for name, value in places.items():
         monkeypatch.setattr(gazebo_libraries, name, str(value))
+    monkeypatch.setattr(
+        gazebo_libraries, "os_release", lambda text: os_release(DEBIAN if text is None else text)
+    )
     monkeypatch.setattr(gazebo_libraries.packages, "prepare", lambda *_: None)
     return tmp_path
 
