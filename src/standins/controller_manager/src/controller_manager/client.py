@@ -28,7 +28,6 @@ class Spawner:
         self._log = log
         self.warn = warn
         self.loaded = []
-        self.started = []
         self._lock = threading.Lock()
 
     def bring_up(self, controllers, start):
@@ -40,28 +39,22 @@ class Spawner:
             start: False leaves them stopped.
 
         Returns:
-            The names of those that loaded; `started` has the names of those that were started.
+            The names of those that loaded.
         """
         with self._lock:
-            return self._bring_up(controllers, start)
-
-    def _bring_up(self, controllers, start):
-        for name in controllers:
-            self._log(f"Loading controller: {name}")
-            if self._manager.load(name):
-                self.loaded.append(name)
-            else:
-                self.warn(f"Failed to load {name}")
-        names = ", ".join(self.loaded)
-        self._log(f"Controller Spawner: Loaded controllers: {names}")
-        if not start:
+            for name in controllers:
+                self._log(f"Loading controller: {name}")
+                if self._manager.load(name):
+                    self.loaded.append(name)
+                else:
+                    self.warn(f"Failed to load {name}")
+            names = ", ".join(self.loaded)
+            self._log(f"Controller Spawner: Loaded controllers: {names}")
+            if start and self._manager.switch(start=self.loaded):
+                self._log(f"Started controllers: {names}")
+            elif start:
+                self.warn(f"Failed to start controllers: {names}")
             return list(self.loaded)
-        if self._manager.switch(start=self.loaded):
-            self.started = list(self.loaded)
-            self._log(f"Started controllers: {names}")
-        else:
-            self.warn(f"Failed to start controllers: {names}")
-        return list(self.loaded)
 
     def take_down(self):
         """Stops and unloads the controllers that this spawner loaded, in reverse order.
