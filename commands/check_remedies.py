@@ -30,7 +30,7 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
         resolve: See deps.resolve().
     """
     if name in SAME:
-        return f"{SAME[name]} does the same: ./run add {SAME[name]}"
+        return f"{SAME[name]} does the same, it comes by ./run add"  # not by --for
     return from_debian(lambda: existing(resolve([name])[name])) or sources.adding(name) or GENERIC
 
 

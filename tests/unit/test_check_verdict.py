@@ -466,7 +466,7 @@ def test_what_would_replace_it():
     assert remedies["slam_toolbox"] == "./run add slam_toolbox"
     assert remedies["robot_localization"] == "./run add robot_localization"
     assert remedies["robot_pose_ekf"] == "./run add robot_pose_ekf"
-    assert remedies["cmd_vel_mux"] == "twist_mux does the same: ./run add twist_mux"
+    assert remedies["cmd_vel_mux"] == "twist_mux does the same, it comes by ./run add"
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
     assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")
