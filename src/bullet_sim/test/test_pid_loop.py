@@ -6,8 +6,8 @@ from functools import partial
 
 import pytest
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.pid import Pid, parse_pid, position_error
-from bullet_sim.description.model import Joint
+from bullet_sim.controllers.pid import Pid, PidGains, parse_pid, position_error
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import nowhere
@@ -50,6 +50,26 @@ class OneJoint(FakeJoints):
         """Record."""
         (joint,) = handles
         self.driven = joint.effort
+
+
+def test_gains_follow_in_each_step_by_the_state_of_the_last_update():
+    """As DefaultRobotHWSim::writeSim with a controlPeriod: the error stays in between, the integral
+    grows by steps, and the error's change counts as that of one step."""
+    fake, gains = OneJoint("wheel"), PidGains(2.0, 10.0, 0.01, -5.0, 5.0)
+    manager = Manager(fake, ModelDescription("r", control_period=4 * STEP))
+    manager.hardware.set_gains("wheel", gains)
+    kind = "velocity_controllers/JointVelocityController"
+    manager.load("c", {"type": kind, "joint": "wheel"})
+    manager.switch(["c"], [])
+    manager.command("c", (3.0,))
+    pid, seen, driven, expected = Pid(gains, "velocity"), 0.0, [], []
+    for step in range(12):
+        fake.velocity = 0.1 * step
+        seen = fake.velocity if step % 4 == 0 else seen
+        assert manager.prepare_steps(STEP) == 1
+        driven.append(fake.driven)
+        expected.append(pid.update(3.0 - seen, STEP))
+    assert driven == expected and len(set(driven)) == 12
 
 
 @pytest.mark.parametrize("gains", GAINS, ids=str)

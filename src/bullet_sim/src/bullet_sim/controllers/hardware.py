@@ -209,13 +209,12 @@ class Hardware(Stateful):
         """Rows of the efforts that act in the next steps; one that is not finite counts as 0.
 
         Args:
-            period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
-                outputs stay.
+            period: since PIDs of gains were computed last [s].
             computes: the engine computes PIDs anew before each step.
         """
         if not self.acting:
             return []
-        if period > 0 and not computes:
+        if not computes:
             for joint in self.acting:
                 if joint.is_regulated:
                     joint.regulate(period)

@@ -268,7 +268,10 @@ class Manager(Stateful):
         return bool(self._periodic) or self.hardware.periodic
 
     def update(self, period: float) -> list[EffortRow]:
-        """Before a physics step: update controllers that are due.
+        """Before a physics step: update controllers that are due, with the joints as they are then.
+
+        As GazeboRosControlPlugin::Update, which has gains' PIDs and limits follow in each step, by
+        the joints' states of the last update.
 
         Args:
             period: physics step [s].
@@ -277,10 +280,12 @@ class Manager(Stateful):
             Rows of the efforts that act in it.
         """
         hardware, time = self.hardware, self.time
-        hardware.read()
-        elapsed = 0.0
+        since_write = period
         if self._due or self._since >= self._period - 1e-9:
+            hardware.read()
             elapsed = self._since if self._since > period else period
+            if self._due:
+                since_write = elapsed
             self._due, self._since = False, 0.0
             for update in self._updates:
                 try:
@@ -289,7 +294,7 @@ class Manager(Stateful):
                     self._fail(update.__self__, error)  # type: ignore[attr-defined]
         if hardware.limited and not hardware.is_stopped:
             hardware.limit(period)
-        efforts = hardware.efforts(elapsed)
+        efforts = hardware.efforts(since_write)
         self._pass(period)
         return efforts
 
@@ -315,7 +320,8 @@ class Manager(Stateful):
             self.efforts = self.hardware.efforts(period, computes=True)
             return steps
         self.efforts = self.update(period)
-        if not self._has_own_joints() or self.hardware.limited:
+        regulated = any(joint.is_regulated for joint in self.hardware.acting)
+        if regulated or not self._has_own_joints() or self.hardware.limited:
             return 1
         since, steps = self._since, 1  # as many as until the next update is due
         while not self._due and since < self._period - 1e-9:
