@@ -97,4 +97,4 @@ def parsed(name, module, arguments):
 
 def subcommand(name):
     """Imports the module of a command."""
-    return import_module(f"commands.subcommands.{name}")
+    return import_module("commands.subcommands." + name.replace("-", "_"))

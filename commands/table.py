@@ -1,6 +1,7 @@
 """The commands of ./run: name and summary, in the order in which the help lists them.
 
-NAME is the module commands/subcommands/NAME.py. A new command is one line here and that file.
+NAME is the module commands/subcommands/NAME.py (with _ for -). A new command is one line here and
+that file.
 On a machine without python3, ./run reads this table with sed, so each entry stays on one line.
 """
 
@@ -10,6 +11,7 @@ COMMANDS = {
     "lap": "drive a lap by one of the drivers; film, path and figures go to out/lap/",
     "train": "learn to drive a track; policy, film and curves go to out/train/",
     "evaluate": "drive laps of a trained policy, and of other drivers to compare with",
+    "drive-by": "start a launch file and command its robot by a policy of Paddock/Robot-v0",
     "sweep": "try many settings of a training, or many gains; table and plots go to out/sweep/",
     "cluster": "make this machine a node of a Ray cluster, for ./run train --ray",
     "test": "run all tests, or: unit, lint, ros, or part of a test's name",

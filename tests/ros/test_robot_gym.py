@@ -2,15 +2,23 @@
 same messages, to the bit."""
 
 import os
+import subprocess
 import tempfile
 import unittest
 import warnings
 
+import networks
 import numpy as np
+import rospkg
 import rospy
 from geometry_msgs.msg import Twist
+from launches import wait_subscribed
 from nav_msgs.msg import Odometry
+from paddock_common.process import stop_session
+from paddock_gym.driver.robot import Source
+from paddock_gym.envs.describe import policy_description
 from paddock_gym.envs.robot import RobotEnv
+from paddock_gym.policy.onnx_policy import OnnxPolicy
 from sensor_msgs.msg import Image, Imu, JointState, LaserScan
 from sim_client import START_LIMIT, Recorder, wait_connected, wait_running, wait_until
 from std_msgs.msg import Float64
@@ -91,6 +99,8 @@ class RobotGym(unittest.TestCase):
             wait_connected(publisher, publisher.name)
         time = Time(COMMANDS, TOPICS, rospy.get_name())
         env = self.environment()
+        sources = policy_description(env).sources
+        self.sources = {name: Source(**options) for name, options in sources.items()}
         env.reset(seed=1)
         rng, compared = np.random.default_rng(5), dict.fromkeys(TOPICS, 0)
         for _ in range(ACTIONS):
@@ -107,6 +117,43 @@ class RobotGym(unittest.TestCase):
                 compared[name] += self.compare(env, name, recorder)
         self.assertEqual(min(compared.values()), ACTIONS, compared)
         env.close()
+
+    def test_with_a_policy_its_node_commands_the_robot(self):  # after the other, which begins at 0
+        wait_running("/bot", 3)
+        urdf = os.path.join(rospkg.RosPack().get_path("paddock_gym"), "examples", "cart.urdf")
+        env = RobotEnv(urdf=urdf, action="cmd_vel", observation="scan", scaled=True)
+        about = policy_description(env)
+        env.close()
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "policy.onnx")
+            weights = np.random.default_rng(3).normal(0.0, 0.3, (2, 24))
+            networks.write(path, weights, (0.1, 0.0), about, (24,))
+            policy, driven = OnnxPolicy(path, "robot"), set()
+            source = Source(**about.sources["scan"])
+            scans, commands = Recorder("/scan", LaserScan), Recorder("/cmd_vel", Twist)
+            words = ["roslaunch", "--wait", "paddock_gym", "drive_by.launch", f"policy:={path}"]
+            launch = subprocess.Popen(words, stdin=subprocess.DEVNULL, start_new_session=True)
+            try:
+                wait_subscribed(("/scan",), "/robot_driver")
+                time = Time(topics=("/scan",), node="/robot_driver")
+                time.go(2.0 * PERIOD)  # a timer of rospy begins after time has begun
+                for _ in range(ACTIONS):
+                    before = len(commands.messages)
+                    time.go(PERIOD)
+                    time.latest(scans, 0.05)
+                    got = commands.wait_count(before + 1, START_LIMIT)[-1]
+                    possible = []
+                    for scan in scans.messages[-6:]:
+                        source.take(scan)
+                        [(topic, _, numbers)] = policy.command({"scan": source.read()})
+                        possible.append(numbers)
+                    self.assertEqual(topic, "/cmd_vel")
+                    self.assertIn([got.linear.x, got.angular.z], possible)
+                    driven.add(got.linear.x)
+            finally:
+                stop_session(launch, START_LIMIT)
+        self.assertEqual(policy.description.text(), about.text())
+        self.assertGreater(len(driven), 3)
 
     def environment(self):
         """The environment of the launch file, observed as the graph is."""
@@ -139,4 +186,7 @@ class RobotGym(unittest.TestCase):
             values = np.asarray(values, fields[field].dtype)
             same = np.array_equal(values, fields[field], equal_nan=True)
             self.assertTrue(same, f"{name} {field} at {stamp}: {values} and {fields[field]}")
+        self.sources[name].take(message)
+        seen = env.agent.observed[name].read()
+        self.assertTrue(np.array_equal(self.sources[name].read(), seen, equal_nan=True), name)
         return 1

@@ -3,4 +3,5 @@
 IDS = ("Paddock/DeepRacer-v1", "Paddock/CyberTruckBacking-v1")
 ROBOT = "Paddock/Robot-v0"  # any robot, by its launch file or description
 DEEPRACER, BACKING = "deepracer", "backing"
+ANY_ROBOT = "robot"  # of policies for Robot-v0
 ENVS = {DEEPRACER: IDS[0], BACKING: IDS[1]}

@@ -56,6 +56,22 @@ def ranges(measured: ArrayLike) -> np.ndarray:
     return (near / MAX_RANGE).astype(np.float32)
 
 
+def over(measured: ArrayLike, most: float) -> np.ndarray:
+    """Ranges [m] over their maximum, 0 to 1; too near: 0, nothing: 1."""
+    return np.clip(np.fmin(measured, most) / most, 0.0, 1.0).astype(np.float32)
+
+
+def polar(goal: Sequence[float], x: float, y: float, yaw: float) -> tuple[float, float]:
+    """Distance [m] and bearing [rad] of a goal (x, y) from a robot's pose."""
+    dx, dy = goal[0] - x, goal[1] - y
+    return math.hypot(dx, dy), math.atan2(dy, dx) - yaw
+
+
+def goal_row(distance: float, bearing: float, area: float) -> np.ndarray:
+    """Make the observation `goal` (3,) float32 of polar(): distance over area, sine, cosine."""
+    return np.array((min(4.0, distance / area), math.sin(bearing), math.cos(bearing)), np.float32)
+
+
 def select_rays(angle_min: float, angle_increment: float, count: int) -> np.ndarray:
     """Indices of the rays of another scan that are closest to ANGLES.
 

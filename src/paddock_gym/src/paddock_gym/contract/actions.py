@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Any, ClassVar, Union
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class Continuous:
         speed: (low, high) [m/s].
     """
 
+    bounds: ClassVar[tuple[float, float]] = (-1.0, 1.0)
     steering: tuple[float, float] = (-MAX_STEERING, MAX_STEERING)
     speed: tuple[float, float] = (0.5, 4.0)
 

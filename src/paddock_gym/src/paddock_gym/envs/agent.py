@@ -24,6 +24,7 @@ class Agent:
 
     Attributes:
         model: of the robot.
+        observed: name -> Observed.
         actions: Actions; action_space, observation_space: Gymnasium's.
         state: State after the last action.
 
@@ -55,13 +56,13 @@ class Agent:
         self.actions = own or Actions(world, action, limits, scaled, robot)
         self.action_space = self.actions.space
         chosen = (observation,) if isinstance(observation, str) else tuple(observation)
-        self._observed = {each: observed(world, each) for each in chosen}
-        boxes = {each: found.space for each, found in self._observed.items()}
+        self.observed = {each: observed(world, each) for each in chosen}
+        boxes = {each: found.space for each, found in self.observed.items()}
         boxes.update(task.spaces)
         self._alone = task.alone if task.spaces else isinstance(observation, str)
         space = next(iter(boxes.values())) if self._alone else spaces.Dict(boxes)
         self.observation_space: spaces.Space[Any] = space
-        topics = [resolved(each.partition(":")[0]) for each, found in self._observed.items()
+        topics = [resolved(each.partition(":")[0]) for each, found in self.observed.items()
                   if found.topic is not None]  # fmt: skip
         for topic in task.topics:
             if topic not in world.topics:
@@ -154,12 +155,12 @@ class Agent:
 
     def observe(self) -> Any:
         """The observation now."""
-        seen = {name: self._seen(name) for name in self._observed}
+        seen = {name: self._seen(name) for name in self.observed}
         seen.update(self.task.observe(self.state))
         return next(iter(seen.values())) if self._alone else seen
 
     def _seen(self, name: str) -> np.ndarray:
-        values = self._observed[name].read()
+        values = self.observed[name].read()
         is_image = values.dtype == np.uint8 and values.ndim > 1
         return self.variation.change_image(values) if is_image else values
 

@@ -105,6 +105,7 @@ class RobotEnv(gymnasium.Env):
 
     Attributes:
         world: RobotWorld.
+        agent: Agent.
         actions: Actions, or what the task has in place of them.
         saved: state of the world in which runs begin, see RobotWorld.save().
         period: of an action [s].
@@ -166,13 +167,13 @@ class RobotEnv(gymnasium.Env):
         self.world = RobotWorld(recipe)
         try:
             options = robot, action, limits, scaled, observation, vary
-            self._agent = Agent(self.world, self.task, *options)
+            self.agent = Agent(self.world, self.task, *options)
         except BaseException:
             self.world.close()
             raise
-        self.actions, self._delay = self._agent.actions, delay
-        self.action_space = self._agent.action_space
-        self.observation_space = self._agent.observation_space
+        self.actions, self._delay = self.agent.actions, delay
+        self.action_space = self.agent.action_space
+        self.observation_space = self.agent.observation_space
         self.render_mode, self.period = render_mode, 1.0 / control_rate
         self.metadata = dict(self.metadata, render_fps=control_rate)
         self._window = Window() if render_mode == "human" else None
@@ -187,13 +188,13 @@ class RobotEnv(gymnasium.Env):
     def _settle(self, time: float) -> None:
         """Simulate until the robot rests; runs start from that."""
         self.world.advance(round(time / self.world.world.time_step))
-        self._agent.rest()
+        self.agent.rest()
         self.saved = self.world.save()
 
     @property
     def state(self) -> State:
         """The run after the last action."""
-        return self._agent.state
+        return self.agent.state
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -206,11 +207,11 @@ class RobotEnv(gymnasium.Env):
         """
         super().reset(seed=seed)
         start = self._place(options or {})
-        begin_apart(self.world, self.saved, [self._agent], self.np_random, start)
+        begin_apart(self.world, self.saved, [self.agent], self.np_random, start)
         self._steps = 0
         self.task.begun(self.state)
         self.world.measure()
-        return self._agent.observe(), self._agent.info("")
+        return self.agent.observe(), self.agent.info("")
 
     def _place(self, options: dict[str, Any]) -> Any:
         """x, y [m] and yaw [rad] of the start that options of reset() choose; None: the task's.
@@ -230,7 +231,7 @@ class RobotEnv(gymnasium.Env):
             GymError: the action's shape or a number is wrong.
             RewardError: the reward is no finite number, or reward or end raises an exception.
         """
-        agent, time_step = self._agent, self.world.world.time_step
+        agent, time_step = self.agent, self.world.world.time_step
         numbers = agent.decide(action)
         self._steps += 1
         steps = steps_of(self._steps, self.period, time_step)
@@ -254,7 +255,7 @@ class RobotEnv(gymnasium.Env):
     def observer_image(self) -> np.ndarray:
         """(360, 480, 3) uint8 RGB from behind the robot."""
         if self._camera is None:
-            self._camera = ObserverCamera(self.world.cameras.renderer, self._agent.motion)
+            self._camera = ObserverCamera(self.world.cameras.renderer, self.agent.motion)
         image: np.ndarray = self._camera.image()
         return image
 

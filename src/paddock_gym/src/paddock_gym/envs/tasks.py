@@ -15,6 +15,7 @@ from gymnasium import spaces
 
 from paddock_gym.course import Motion, motion_from
 from paddock_gym.errors import GymError
+from paddock_gym.observations import goal_row, polar
 from paddock_gym.simulation.randomize import VARIABLE, Variation
 from paddock_gym.simulation.recipe import Spawn
 from paddock_gym.simulation.robot_world import RobotWorld, Topic
@@ -202,14 +203,10 @@ class Goal(Task):
 
     def _polar(self, state: State) -> tuple[float, float]:
         """Distance [m] and bearing [rad] of the goal from the robot."""
-        (x, y), robot = state.memory["goal"], state.robot
-        dx, dy = x - robot.x, y - robot.y
-        return math.hypot(dx, dy), math.atan2(dy, dx) - robot.yaw
+        return polar(state.memory["goal"], *state.robot[:3])
 
     def observe(self, state: State) -> Mapping[str, np.ndarray]:
-        distance, bearing = self._polar(state)
-        row = min(4.0, distance / self.area), math.sin(bearing), math.cos(bearing)
-        return {"goal": np.array(row, np.float32)}
+        return {"goal": goal_row(*self._polar(state), self.area)}
 
     def reward(self, state: State) -> float:
         distance, end = self._polar(state)[0], self.end(state)

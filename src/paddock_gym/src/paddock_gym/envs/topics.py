@@ -16,6 +16,7 @@ from bullet_sim.plugins.drives import DrivenBase
 from gymnasium import spaces
 
 from paddock_gym.errors import GymError
+from paddock_gym.observations import over
 from paddock_gym.simulation.robot_world import Command, RobotWorld, Topic
 
 TWIST, NUMBER, NUMBERS = "geometry_msgs/Twist", "std_msgs/Float64", "std_msgs/Float64MultiArray"
@@ -66,12 +67,13 @@ class CommandedTopic:
     """Numbers of an action that become messages of one topic.
 
     Attributes:
+        message: type of the messages.
         names: of the numbers, with their units.
         low, high: (n,) their bounds.
     """
 
     def __init__(self, topic: str, command: Command, limits: Any = None) -> None:
-        self.topic, self._command = topic, command
+        self.topic, self._command, self.message = topic, command, command.message
         owner = command.owner
         if command.message == TWIST:
             self.names, low, high = _twist_numbers(command)
@@ -175,7 +177,7 @@ class Actions:
 
     Attributes:
         space: Box.
-        names: of its numbers.
+        names: of its numbers; low, high: their bounds in units of the topics.
     """
 
     def __init__(
@@ -194,14 +196,14 @@ class Actions:
             if name not in there:
                 raise unknown("action", name, there)
         self.topics = [CommandedTopic(name, there[name], limits.get(name)) for name in chosen]
-        self._scaled = scaled
+        self.scaled = scaled
         rows = [(f"{topic.topic}: {name}") for topic in self.topics for name in topic.names]
         self.names = rows
-        self._low, self._high = (
+        self.low, self.high = (
             np.concatenate([getattr(topic, bound) for topic in self.topics] or [np.zeros(0)])
             for bound in ("low", "high")
         )
-        low, high = (-np.ones(len(rows)), np.ones(len(rows))) if scaled else (self._low, self._high)
+        low, high = (-np.ones(len(rows)), np.ones(len(rows))) if scaled else (self.low, self.high)
         self.space = spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
 
     def numbers(self, action: Any) -> np.ndarray:
@@ -218,9 +220,9 @@ class Actions:
             )
         if not np.isfinite(values).all():
             raise GymError(f"action is {values.tolist()}, must be finite numbers")
-        if self._scaled:
-            values = self._low + (values + 1.0) * 0.5 * (self._high - self._low)
-        return np.clip(values, self._low, self._high)
+        if self.scaled:
+            values = self.low + (values + 1.0) * 0.5 * (self.high - self.low)
+        return np.clip(values, self.low, self.high)
 
     def stop(self) -> None:
         """Send zeros, which are at rest for what is commanded by velocities or efforts."""
@@ -251,11 +253,15 @@ class Observed:
     Attributes:
         read: without arguments: its array.
         topic: that it is of, or None.
+        most: what ranges are over [m], or 0.
+        link: MODEL::LINK whose truth it is.
     """
 
     space: spaces.Box
     read: Callable[[], np.ndarray]
     topic: Topic | None = None
+    most: float = 0.0
+    link: str = ""
 
 
 def observed(world: RobotWorld, name: str) -> Observed:
@@ -293,11 +299,11 @@ def _learned(topic: Topic) -> Observed:
     if isinstance(output, ScanOutput):
         most = output.spec.range_max or 1.0
         space = spaces.Box(0.0, 1.0, (output.count,), np.float32)
-        return Observed(space, lambda: _over(topic.fields["ranges"], most), topic)
+        return Observed(space, lambda: over(topic.fields["ranges"], most), topic, most)
     if isinstance(output, NumbersOutput) and "max_range" in output.constant:
         most = output.constant["max_range"] or 1.0
         space = spaces.Box(0.0, 1.0, (1,), np.float32)
-        return Observed(space, lambda: _over(topic.fields["range"], most), topic)
+        return Observed(space, lambda: over(topic.fields["range"], most), topic, most)
     if isinstance(output, ImageOutput):
         shape = output.shapes()["data"]
         space = spaces.Box(shape.low, shape.high, shape.shape, shape.dtype)  # type: ignore[arg-type]
@@ -322,11 +328,6 @@ def _learned(topic: Topic) -> Observed:
     return Observed(space, row, topic)
 
 
-def _over(ranges: np.ndarray, most: float) -> np.ndarray:
-    """Ranges over their maximum, 0 to 1; too near: 0, nothing: 1."""
-    return np.clip(np.fmin(ranges, most) / most, 0.0, 1.0).astype(np.float32)
-
-
 def _truth(world: RobotWorld, name: str) -> Observed:
     _, _, place = name.partition(":")
     model_name, _, link = place.partition("::")
@@ -345,4 +346,5 @@ def _truth(world: RobotWorld, name: str) -> Observed:
     def read() -> np.ndarray:
         return np.concatenate(model.link_motion(link))
 
-    return Observed(spaces.Box(-np.inf, np.inf, (13,), np.float64), read)
+    space = spaces.Box(-np.inf, np.inf, (13,), np.float64)
+    return Observed(space, read, link=f"{model_name}::{link}")

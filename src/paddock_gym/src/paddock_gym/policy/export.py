@@ -15,11 +15,14 @@ class _Deterministic(torch.nn.Module):
     Args:
         policy: of stable-baselines3's PPO.
         images: names of those that are images (H, W, C), which the network takes as (C, H, W).
+        alone: the only one is no entry of a dict.
+        bounds: lowest and highest action; None: they are discrete.
     """
 
-    def __init__(self, policy, names, images):
+    def __init__(self, policy, names, images, alone, bounds):
         super().__init__()
-        self.policy, self._names, self._images = policy, names, images
+        self.policy, self._names, self._images, self._alone = policy, names, images, alone
+        self._bounds = bounds and [torch.as_tensor(bound) for bound in bounds]
 
     def forward(self, *arrays):
         inputs = {}
@@ -27,12 +30,12 @@ class _Deterministic(torch.nn.Module):
             if name in self._images:
                 array = array.permute(0, 3, 1, 2).to(torch.float32) / 255.0
             inputs[name] = array
-        observation = inputs if len(inputs) > 1 else next(iter(inputs.values()))
+        observation = next(iter(inputs.values())) if self._alone else inputs
         extractor = self.policy.features_extractor
         latent = self.policy.mlp_extractor.forward_actor(extractor(observation))
         action = self.policy.action_net(latent)
-        if hasattr(self.policy, "log_std"):
-            return torch.clamp(action, -1.0, 1.0)
+        if self._bounds:
+            return torch.clamp(action, *self._bounds)
         return torch.argmax(action, dim=1)
 
 
@@ -44,9 +47,11 @@ def export(policy, space, description, path):
         space: Gymnasium space of the environment's observations (images as (H, W, C)).
     """
     names = description.observations
-    spaces = space.spaces if len(names) > 1 else {names[0]: space}
+    alone = not hasattr(space, "spaces")
+    spaces = {names[0]: space} if alone else space.spaces
     images = [name for name in names if is_image_space(spaces[name])]
-    network = _Deterministic(policy, names, images)
+    bounds = getattr(description.actions, "bounds", None)
+    network = _Deterministic(policy, names, images, alone, bounds)
     policy.set_training_mode(False)
     samples = tuple(torch.as_tensor(spaces[name].sample()[None]) for name in names)
     torch.onnx.export(

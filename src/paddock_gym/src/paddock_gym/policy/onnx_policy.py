@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from paddock_gym.contract.actions import Continuous
+from paddock_gym.contract.actions import Discrete
 from paddock_gym.errors import GymError
 from paddock_gym.ids import DEEPRACER
 from paddock_gym.policy.description import KEY, OUTPUT, PolicyDescription
@@ -14,7 +14,7 @@ class OnnxPolicy:
     """Decides by a network.
 
     Args:
-        env: that it must have been trained on: deepracer, backing; None: either.
+        env: that it must have been trained on: deepracer, backing, robot; None: any.
 
     Raises:
         GymError: there is no such file, or it is not a policy of Paddock, or one of another env;
@@ -60,16 +60,17 @@ class OnnxPolicy:
             observation: array, or dict of arrays, as of the environment.
 
         Returns:
-            (2,) float32 from -1 to 1, or an index of the discrete actions.
+            float32 from -1 to 1 (of Robot-v0: as its action space), or an index of the discrete
+            actions.
         """
         if not isinstance(observation, dict):
             observation = {self._inputs[0]: observation}
         feed = {name: np.asarray(observation[name])[None] for name in self._inputs}
         action = self._session.run([OUTPUT], feed)[0][0]
-        if isinstance(self.description.actions, Continuous):
-            return np.clip(action, -1.0, 1.0)
-        return int(action)
+        if isinstance(self.description.actions, Discrete):
+            return int(action)
+        return np.clip(action, *self.description.actions.bounds)
 
     def command(self, observation):
-        """(speed [m/s], steering [rad]) for an observation."""
+        """What actions.command() gives for an observation."""
         return self.description.actions.command(self.act(observation))
