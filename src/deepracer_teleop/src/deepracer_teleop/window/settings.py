@@ -62,11 +62,13 @@ class WindowGeometry:
     """Stores position and size in the user's settings (~/.config/paddock/teleop.ini)."""
 
     def __init__(self, path=None):
-        self._settings = (
-            QSettings(QSettings.IniFormat, QSettings.UserScope, "paddock", "teleop")
-            if path is None
-            else QSettings(str(path), QSettings.IniFormat)
-        )
+        self._path = path
+
+    def _settings(self):
+        """Made for each use: PyQt has called one deleted that outlived other objects of Qt's."""
+        if self._path is None:
+            return QSettings(QSettings.IniFormat, QSettings.UserScope, "paddock", "teleop")
+        return QSettings(str(self._path), QSettings.IniFormat)
 
     def restore(self, window):
         """Restores position and size of a window; one outside of all screens is moved onto one.
@@ -74,7 +76,7 @@ class WindowGeometry:
         Returns:
             Whether there was a stored position and size.
         """
-        geometry = self._settings.value(KEY)
+        geometry = self._settings().value(KEY)
         return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
 
     def save(self, window):
@@ -83,5 +85,6 @@ class WindowGeometry:
         Qt learns of a move by an event. One that is still under way is waited for.
         """
         QGuiApplication.sync()
-        self._settings.setValue(KEY, window.saveGeometry())
-        self._settings.sync()
+        settings = self._settings()
+        settings.setValue(KEY, window.saveGeometry())
+        settings.sync()
