@@ -12,6 +12,10 @@ CLASS = ROOT / "docs" / "tutorials" / "class"
 ANSWERS = (CLASS / "submissions" / "ben.py").read_text()
 
 
+def graded(*words):
+    return subprocess.run(words, capture_output=True, text=True, timeout=900)
+
+
 def test_each_driver_has_its_row(tmp_path):
     folder = tmp_path / "handed-in"
     folder.mkdir()
@@ -25,7 +29,12 @@ def test_each_driver_has_its_row(tmp_path):
     (tmp_path / "task.yaml").write_text(yaml.safe_dump(task))
     marks = tmp_path / "marks.csv"
     words = [sys.executable, str(CLASS / "grade.py"), str(tmp_path / "task.yaml"), str(folder)]
-    done = subprocess.run([*words, str(marks)], capture_output=True, text=True, timeout=900)
+    done = graded(*words, str(marks))
+    if (
+        "drivers cannot be enclosed" in done.stderr
+    ):  # as in a chroot: then it runs nothing by itself
+        assert done.returncode == 1 and "--trust" in done.stderr and not marks.exists()
+        done = graded(*words, str(marks), "--trust")
     assert done.returncode == 0, done.stderr
     rows = {row["name"]: row for row in csv.DictReader(marks.open())}
     outcomes = {name: row["outcome"] for name, row in rows.items()}

@@ -9,7 +9,6 @@ import subprocess
 import time
 
 import run_rig
-from environment_rig import PLAIN, by_run
 from run_rig import PATIENCE, run, start
 
 # Prints what a build of a clone depends on.
@@ -52,8 +51,6 @@ def test_a_moved_clone_is_set_up_anew(tmp_path, clone, package_index):
     where = subprocess.run([python, "-c", "import paddock_probe; print(paddock_probe.__file__)"],
                            capture_output=True, text=True, check=True).stdout  # fmt: skip
     assert where.startswith(str(moved))
-    cached = (moved / ".cache" / "environment").read_text()
-    assert str(moved) in cached and f"{clone}/" not in cached
 
 
 def test_a_package_that_is_gone_is_not_found_any_more(tmp_path, clone, package_index):
@@ -98,19 +95,6 @@ def test_the_lock_is_not_handed_to_commands(clone):
         ]
     finally:
         process.communicate(timeout=PATIENCE)
-
-
-def test_setup_bash_is_not_run_each_time(clone):
-    cached, signature = clone / ".cache" / "environment", clone / ".cache/signatures/environment"
-    end = time.monotonic() + PATIENCE
-    found = by_run(clone, PLAIN)
-    while found.get("PROBE") != "cached":  # files have to be seconds old
-        assert time.monotonic() < end
-        if signature.exists():
-            cached.write_text("\0".join(["set", "PROBE", "cached", cached.read_text()]))
-        found = by_run(clone, PLAIN)
-    (clone / "devel" / "setup.sh").touch()
-    assert "PROBE" not in by_run(clone, PLAIN)
 
 
 def key(root):
