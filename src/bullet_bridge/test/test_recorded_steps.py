@@ -83,6 +83,8 @@ ROBOT = f"""<robot name="bot">{LINKS}
 <actuator name="a"/></transmission>
 <gazebo><plugin name="control" filename="libgazebo_ros_control.so"/></gazebo>
 {IMUS}{PLUGINS}</robot>"""
+NESTED = """<sdf version="1.6"><model name="outer"><link name="l"/>
+<model name="inner"><pose>1 0 0 0 0 0</pose><link name="l"/></model></model></sdf>"""
 CONTROLLERS = {
     "arm": {
         "type": "effort_controllers/JointPositionController",
@@ -120,6 +122,7 @@ def recorded(monkeypatch, limit):
         world.spawn(sdf.ground_plane())
         model = world.spawn_urdf("bot", ROBOT, Pose((0.0, 0.0, 5.0), (0.1, 0.2, 0.3, 0.9)), str)
         model.set_state(model.pose, (1.0, 2.0, 3.0), (0.4, 0.5, 0.6))
+        world.spawn_sdf("outer", NESTED, Pose((3.0, 0.0, 5.0)), str)
         jobs = Jobs(wall)
         jobs.call = lambda job: job()
         cameras = FakeCameras()

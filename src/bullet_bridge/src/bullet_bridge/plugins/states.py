@@ -36,9 +36,13 @@ def model_names(model: Model) -> list[str]:
 
 def link_names(model: Model) -> list[str]:
     """Names in link_states: of the links that Gazebo has, but for those of models inside it."""
-    return [
-        f"{model.name}::{link}" for link in model.bodies if not model.description.scope_of(link)
-    ]
+    return [f"{model.name}::{link}" for link in _outermost(model, model.bodies)]
+
+
+def _outermost(model: Model, of_bodies: Sequence[Any]) -> list[Any]:
+    """Of what there is of each body what is of no model inside a model."""
+    scope = model.description.scope_of
+    return [each for body, each in zip(model.bodies, of_bodies) if not scope(body)]
 
 
 def link_motions(model: Model) -> Sequence[Motion]:
@@ -46,11 +50,7 @@ def link_motions(model: Model) -> Sequence[Motion]:
     motions = model.body_motions()
     if not model.description.nested:
         return motions
-    return [
-        motion
-        for link, motion in zip(model.bodies, motions)
-        if not model.description.scope_of(link)
-    ]
+    return _outermost(model, motions)
 
 
 class StateTopic:
@@ -93,13 +93,10 @@ class StateTopic:
         Args:
             motions: of each model, of it and of its bodies, see Model.recorded_motions().
         """
-        self._present(world)
-        chosen = slice(0, 1) if self._names is model_names else slice(1, None)
-        self._sender.send_states(
-            [motion for of_model in motions for motion in of_model[chosen]],
-            len(steps),
-            world.recorded(steps),
-        )
+        found = []
+        for model, (of_model, *of_bodies) in zip(self._present(world), motions):
+            found += [of_model] if self._names is model_names else _outermost(model, of_bodies)
+        self._sender.send_states(found, len(steps), world.recorded(steps))
 
 
 class StateTopics:
