@@ -17,7 +17,7 @@ LIST = "apt-gazebo.txt"  # of Debian 12, in config/
 OLD_LIST = os.path.join(ROOT, "config", "apt-gazebo-11.txt")
 MIRRORS = ("http://deb.debian.org/debian", "http://archive.debian.org/debian")
 KEYS = "/usr/share/keyrings/debian-archive-keyring.gpg"
-SIZES = "82 MB to download, 320 MB in .cache/gazebo, and what is missing of Debian 12's packages"
+SIZES = "86 MB to download, 343 MB in .cache/gazebo, and what is missing of Debian 12's packages"
 
 
 def add(folder=None):

@@ -415,6 +415,8 @@ def _environment(folder):
     environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
     environ["LC_ALL"] = "C.UTF-8"  # messages in English, which left_out.py reads
+    configured = [f"{DEVEL}/lib/pkgconfig", environ.get("PKG_CONFIG_PATH", "")]  # as setup.sh does
+    environ["PKG_CONFIG_PATH"] = ":".join(filter(None, configured))
     return environ
 
 
@@ -461,10 +463,15 @@ def _configure(step, environ, users, foreign):
 
 
 def _gazebo():
-    """Returns the arguments of cmake by which find_package(gazebo) finds our stand-in."""
+    """Returns the arguments of cmake by which find_package(gazebo) finds our stand-in.
+
+    The last one changes with Gazebo's libraries, so that the workspace is configured with them.
+    """
     if glob.glob("/usr/lib/*/cmake/gazebo") or not os.path.isdir(GAZEBO_CMAKE):
         return []
-    return [f"-D{name}_DIR={GAZEBO_CMAKE}" for name in ("gazebo", "GAZEBO", "Gazebo")]
+    found = [f"-D{name}_DIR={GAZEBO_CMAKE}" for name in ("gazebo", "GAZEBO", "Gazebo")]
+    libraries = ",".join(read(GAZEBO_STAMP).split()) or "none"
+    return [*found, f"-DPADDOCK_GAZEBO_LIBRARIES={libraries}"]
 
 
 def _make(step, environ, users):

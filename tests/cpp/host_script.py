@@ -1,7 +1,7 @@
 """Makes steps of a model with a plugin in C++, without ROS: MODEL.sdf STEPS [BODY_CODE].
 
 Prints the state of its link and of its joints, each number in hexadecimal: to the bit. The code has
-`world` and `model`, and runs before each step.
+`world`, `model` and `Pose`, and runs before each step.
 """
 
 import re
@@ -29,7 +29,7 @@ def main():
             host.load(spec, model)
     run = compile(code, "code", "exec")
     for _ in range(steps):
-        exec(run, {"world": world, "model": model})
+        exec(run, {"world": world, "model": model, "Pose": Pose})
         world.step()
     pose, linear, angular = model.link_state("link")
     print_state("state", [*pose.position, *pose.orientation, *linear, *angular])

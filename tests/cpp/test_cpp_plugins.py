@@ -75,7 +75,10 @@ class CppPlugins(MasterCase):
         return rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)(name, "")
 
     def spawn(self, name, kind="force", library="libacting_model.so"):
-        text = MODEL.format(name, kind, library)
+        return self.spawn_text(name, MODEL.format(name, kind, library))
+
+    @staticmethod
+    def spawn_text(name, text):
         return rospy.ServiceProxy("/gazebo/spawn_sdf_model", SpawnModel)(name, text, "", Pose(), "")
 
     def test_it_acts_by_commands_on_its_own_node(self):
@@ -118,6 +121,18 @@ class CppPlugins(MasterCase):
         self.assertTrue(self.spawn("third", library="libacting_broken.so").success)
         wait_until(lambda: "gazebo::Nowhere" in launched.output(), "the missing symbol")
         self.assertIn("plugin 'p' is not loaded", launched.output())
+
+    def test_parameters_are_read_as_by_gazebo_plugins(self):
+        self.launch()
+        said = Recorder("/there/said", String)
+        self.addCleanup(said.close)
+        given = "<robotNamespace>there</robotNamespace><given>3</given><flag>True</flag>"
+        text = MODEL.format("thing", "", "libacting_utils.so")
+        text = text.replace("<kind></kind>", f"{given}<option>two</option>")
+        self.assertTrue(self.spawn_text("thing", text).success)
+        wait_until(lambda: said.messages, "the plugin's message")
+        expected = "3.000000 2.500000 1 2 no joint base utils(ns = there/)"
+        self.assertEqual(said.messages[0].data, expected)
 
     def test_after_a_crash_the_log_names_the_plugin_and_the_simulator_comes_again(self):
         launched = Launched(self.workspace, "acting.launch", master_port(), respawn="true")

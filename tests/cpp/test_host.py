@@ -1,16 +1,9 @@
 """What a plugin in C++ does to a model is what the same calls of the engine do, to the bit."""
 
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
-from drop_in_workspace import Workspace
 
-ACTING = Path(__file__).parent / "acting"
-SCRIPT = Path(__file__).with_name("host_script.py")
 MODEL = """<sdf version="1.6"><model name="thing">
 <link name="link"><gravity>0</gravity><pose>0.1 0 0 0 0 0</pose>
 <inertial><pose>0 0 0.05 0 0 0.3</pose><mass>2</mass>
@@ -38,38 +31,12 @@ SAME = {
 }
 
 
-@pytest.fixture(scope="module")
-def workspace():
-    """The package of tests/cpp/acting, built on top of this workspace."""
-    files = {
-        str(path.relative_to(ACTING)): path.read_text()
-        for path in ACTING.rglob("*")
-        if path.is_file()
-    }
-    made = Workspace("acting", files)
-    status, output = made.build()
-    assert status == 0, output
-    yield made
-    made.close()
-
-
 @pytest.fixture
-def run(workspace, tmp_path):
+def run(steps_of):
     """Function that makes steps of MODEL: exit status, and what was printed."""
 
     def made(plugin, steps=50, code="", model=MODEL):
-        (tmp_path / "model.sdf").write_text(model.format(plugin))
-        command = f"source {workspace.setup} && exec {sys.executable} {SCRIPT} "
-        done = subprocess.run(
-            ["bash", "-c", command + '"$@"', "-", str(tmp_path / "model.sdf"), str(steps), code],
-            env={**os.environ, "HOME": str(tmp_path)},
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            check=False,
-            timeout=300.0,
-        )
-        return done.returncode, re.sub(r"\x1b\[[0-9;]*m", "", done.stdout)
+        return steps_of(model.format(plugin), steps, code)
 
     return made
 
@@ -111,6 +78,13 @@ def test_a_pose_counts_in_the_same_step(run):
 def test_the_joint_controller_of_gazebo_acts(run):
     state = states(run(PLUGIN.format("acting_model", "pid", 5.0), steps=400)[1])
     assert state["hinge"][1] == pytest.approx(1.0, rel=1e-3)
+
+
+def test_gazebos_own_plugins_act(run):
+    plugin = """<plugin name="p" filename="libJointControlPlugin.so"><controller type="velocity">
+    <joint>hinge</joint><target>0.7</target><pid_gains>5 0 0</pid_gains></controller></plugin>"""
+    state = states(run(plugin, steps=400)[1])
+    assert state["hinge"][1] == pytest.approx(0.7, rel=1e-3)
 
 
 def test_mass_and_gravity_are_changed(run):

@@ -1,10 +1,12 @@
 """Packages for ./run add gazebo are unpacked whole or not at all, where they are needed."""
 
 import subprocess
+from types import SimpleNamespace
 
 import pytest
 
 from commands import gazebo_libraries
+from commands.bootstrap import workspace
 from commands.errors import CommandError
 from commands.paths import os_release
 
@@ -79,3 +81,12 @@ def test_the_list_has_what_the_host_is_linked_with():
     names = gazebo_libraries.names()
     assert {"libgazebo11", "libgazebo-dev", "libsdformat9-9", "libignition-math6-6"} <= set(names)
     assert names == sorted(set(names))
+
+
+def test_the_workspace_is_configured_with_what_came(place, monkeypatch):
+    none = SimpleNamespace(glob=lambda *_: [])
+    monkeypatch.setattr(workspace, "glob", none)  # no Gazebo is installed
+    monkeypatch.setattr(workspace, "GAZEBO_STAMP", gazebo_libraries.STAMP)
+    before = workspace._gazebo()
+    gazebo_libraries.add(str(place / "files"))
+    assert workspace._gazebo() != before  # catkin_make calls cmake where its arguments differ

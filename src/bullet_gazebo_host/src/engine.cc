@@ -3,6 +3,9 @@
 
 #include <gazebo/common/common.hh>
 #include <gazebo/physics/PhysicsFactory.hh>
+#include <gazebo/transport/transport.hh>
+
+#include <cmath>
 
 #include "joint.hh"
 
@@ -43,17 +46,82 @@ class RowCollision : public Collision {
   }
 };
 
+constexpr double FARTHEST = 1000.0;  // [m] which a ray tells that hits nothing
+
+// Distances along unit vectors to what they hit; see Engine::cast.
+std::vector<double> cast(
+    const Vector3d &from, const std::vector<double> &along, double near, double far) {
+  std::vector<double> distances(along.size() / 3, INFINITY);
+  const double start[] = {from.X(), from.Y(), from.Z()};
+  if (engine().cast && !distances.empty())
+    engine().cast(start, along.data(), distances.size(), near, far, distances.data());
+  return distances;
+}
+
 // A ray asks the solver's scene.
-class Ray : public RayShape {
+class SceneRay : public RayShape {
  public:
   using RayShape::RayShape;
-  void Update() override {}
+
+  void Update() override {
+    const Pose3d pose = collisionParent ? collisionParent->GetLink()->WorldPose() : Pose3d::Zero;
+    globalStartPos = pose.CoordPositionAdd(relativeStartPos);
+    globalEndPos = pose.CoordPositionAdd(relativeEndPos);
+  }
+
   void GetIntersection(double &distance, std::string &entity) override {
-    const Vector3d from = globalStartPos, along = globalEndPos - globalStartPos;
-    const double start[] = {from.X(), from.Y(), from.Z()};
-    const double reach[] = {along.X(), along.Y(), along.Z()};
-    distance = engine().cast ? engine().cast(start, reach) : 1000.0;
     entity.clear();
+    distance = FARTHEST;
+    const Vector3d along = globalEndPos - globalStartPos;
+    const double length = along.Length();
+    if (!(length > 0.0) || !std::isfinite(length)) return;
+    const Vector3d unit = along / length;
+    const double found = cast(globalStartPos, {unit.X(), unit.Y(), unit.Z()}, 0.0, length)[0];
+    if (std::isfinite(found)) distance = found;
+  }
+};
+
+// Rays of a lidar, whose points are in the axes of its link.
+class Scan : public MultiRayShape {
+ public:
+  using MultiRayShape::MultiRayShape;
+
+  void AddRay(const Vector3d &start, const Vector3d &end) override {
+    MultiRayShape::AddRay(start, end);
+    const RayShapePtr ray(new SceneRay(collisionParent));
+    ray->SetPoints(start, end);
+    rays.push_back(ray);
+  }
+
+  void UpdateRays() override {
+    const Pose3d pose = collisionParent->GetLink()->WorldPose();
+    const double near = GetMinRange(), far = GetMaxRange();
+    std::vector<double> along;
+    std::vector<Vector3d> starts;
+    bool together = true;  // all begin on a sphere around the sensor
+    for (const auto &ray : rays) {
+      Vector3d start, end;
+      ray->RelativePoints(start, end);
+      const Vector3d unit = (end - start).Normalized(), turned = pose.Rot().RotateVector(unit);
+      along.insert(along.end(), {turned.X(), turned.Y(), turned.Z()});
+      starts.push_back(pose.CoordPositionAdd(start));
+      together = together && (start - unit * near - offset.Pos()).Length() < 1e-9;
+    }
+    if (together) {
+      SetLengths(cast(pose.CoordPositionAdd(offset.Pos()), along, near, far), near);
+      return;
+    }
+    std::vector<double> lengths;
+    for (size_t i = 0; i < rays.size(); ++i)
+      lengths.push_back(
+          cast(starts[i], {&along[3 * i], &along[3 * i] + 3}, 0.0, far - near)[0]);
+    SetLengths(lengths, 0.0);
+  }
+
+ private:
+  void SetLengths(const std::vector<double> &distances, double near) {
+    for (size_t i = 0; i < rays.size(); ++i)
+      if (distances[i] < INFINITY) rays[i]->SetLength(std::max(0.0, distances[i] - near));
   }
 };
 
@@ -62,18 +130,25 @@ class RowPhysics : public PhysicsEngine {
   explicit RowPhysics(WorldPtr world) : PhysicsEngine(world) {}
   void Init() override {}
   void InitForThread() override {}
-  void UpdateCollision() override {}
+  void UpdateCollision() override { contactManager->ResetCount(); }
   void SetSeed(uint32_t) override {}
   void DebugPrint() const override {}
   std::string GetType() const override { return "ode"; }
 
   void UpdatePhysics() override {
     boost::recursive_mutex::scoped_lock lock(*GetPhysicsUpdateMutex());
-    if (!engine().step) return;
+    if (!engine().is_stepping) return;
     for (RowLink *link : boundLinks()) link->NoteForces();
     engine().has_stepped = true;
     engine().step();
     for (RowLink *link : boundLinks()) link->Pull(false);
+    if (engine().contacts && IsContactWanted()) engine().contacts();
+  }
+
+  // Whether somebody is told of contacts; as ODE's, which leaves them out otherwise.
+  bool IsContactWanted() const {
+    return contactManager->NeverDropContacts() || contactManager->contactPub->HasConnections() ||
+           !contactManager->customContactPublishers.empty();
   }
 
   LinkPtr CreateLink(ModelPtr model) override {
@@ -95,10 +170,11 @@ class RowPhysics : public PhysicsEngine {
     if (type == "sphere") return ShapePtr(new SphereShape(collision));
     if (type == "cylinder") return ShapePtr(new CylinderShape(collision));
     if (type == "plane") return ShapePtr(new PlaneShape(collision));
-    if (type == "ray" && collision) return ShapePtr(new Ray(collision));
-    if (type == "ray") return ShapePtr(new Ray(world->Physics()));
+    if (type == "multiray") return ShapePtr(new Scan(collision));
+    if (type == "ray" && collision) return ShapePtr(new SceneRay(collision));
+    if (type == "ray") return ShapePtr(new SceneRay(world->Physics()));
     gzerr << "a collision has the shape " << type
-          << ", known here are box, sphere, cylinder, plane and ray\n";
+          << ", known here are box, sphere, cylinder, plane, ray and multiray\n";
     return {};
   }
 

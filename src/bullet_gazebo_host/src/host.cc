@@ -15,11 +15,16 @@
 
 #include "engine.hh"
 #include "faults.hh"
+#include "host.hh"
 #include "joint.hh"
 #include "link.hh"
 
 using namespace gazebo;
 using paddock::engine;
+using paddock::fail;
+using paddock::guarded;
+using paddock::modelOf;
+using paddock::read;
 using paddock::tables;
 
 namespace {
@@ -27,25 +32,6 @@ namespace {
 physics::WorldPtr g_world;
 std::unique_ptr<ros::AsyncSpinner> g_spinner;
 std::string g_error, g_text;
-
-bool fail(const std::string &error) {
-  g_error = error;
-  return false;
-}
-
-// What a function of Gazebo's or of a plugin throws is an error.
-template <class Work>
-bool guarded(const Work &work) {
-  try {
-    return work();
-  } catch (const common::Exception &error) {
-    return fail(error.GetErrorStr());
-  } catch (const std::exception &error) {
-    return fail(error.what());
-  } catch (...) {
-    return fail("something that is no std::exception was thrown");
-  }
-}
 
 ignition::math::Pose3d pose(const double *numbers) {
   return {paddock::get(numbers), paddock::getTurn(numbers + 3)};
@@ -68,6 +54,24 @@ void startRos(const char *master, const char *name) {
   g_spinner->start();
 }
 
+// As World::Step() of a first iteration, which sets the clocks; there is nothing to simulate yet.
+void startClocks() {
+  g_world->Physics()->SetRealTimeUpdateRate(0.0);  // the pace is the caller's
+  g_world->_SetSensorsInitialized(true);
+  g_world->RunBlocking(1);
+  g_world->SetSimTime(common::Time::Zero);
+  engine().is_open = true;
+}
+
+}  // namespace
+
+namespace paddock {
+
+bool fail(const std::string &error) {
+  g_error = error;
+  return false;
+}
+
 sdf::ElementPtr read(const char *text, const char *tag) {
   sdf::SDFPtr document(new sdf::SDF);
   sdf::init(document);
@@ -88,16 +92,7 @@ physics::ModelPtr modelOf(const char *name) {
   return model;
 }
 
-// As World::Step() of a first iteration, which sets the clocks; there is nothing to simulate yet.
-void startClocks() {
-  g_world->Physics()->SetRealTimeUpdateRate(0.0);  // the pace is the caller's
-  g_world->_SetSensorsInitialized(true);
-  g_world->RunBlocking(1);
-  g_world->SetSimTime(common::Time::Zero);
-  engine().is_open = true;
-}
-
-}  // namespace
+}  // namespace paddock
 
 extern "C" {
 
@@ -135,6 +130,14 @@ bool paddock_open(const char *master, const char *name) {
     if (*master) startRos(master, name);
     return true;
   });
+}
+
+// What the engine calls: the solver's step, its rays and its contacts; see Engine.
+void paddock_calls(void (*step)(),
+                   void (*cast)(const double *, const double *, int, double, double, double *),
+                   void (*contacts)()) {
+  auto &all = engine();
+  all.step = step, all.cast = cast, all.contacts = contacts;
 }
 
 // Make the world of an SDF, without models.
@@ -180,6 +183,7 @@ bool paddock_remove(const char *name) {
   return guarded([&] {
     if (!modelOf(name)) return false;
     paddock::forgetPlugins(name);
+    if (engine().remove_sensors) engine().remove_sensors(name);
     g_world->RemoveModel(name);
     return true;
   });
@@ -224,6 +228,42 @@ void paddock_pull() {
   for (auto link : paddock::boundLinks()) link->Pull(true);
 }
 
+// Names of the collisions whose contacts are wanted, one a line; "*": of all.
+const char *paddock_watched_collisions() {
+  const auto manager = g_world->Physics()->GetContactManager();
+  g_text.clear();
+  if (manager->NeverDropContacts() || manager->contactPub->HasConnections()) g_text = "*";
+  if (!g_text.empty()) return g_text.c_str();
+  for (const auto &each : manager->customContactPublishers) {
+    for (const auto &name : each.second->collisionNames) g_text += name + "\n";
+    for (const auto collision : each.second->collisions)
+      g_text += collision->GetScopedName() + "\n";
+  }
+  return g_text.c_str();
+}
+
+// Add contacts of a pair of collisions in the last step.
+//   numbers: of each place [m], normal and depth [m], and force [N] and torque [N m] on the first's
+//   link about its center of mass and on the second's, in their axes: 19.
+bool paddock_add_contacts(const char *first, const char *second, const double *numbers, int count) {
+  const auto find = [](const char *name) {
+    return boost::dynamic_pointer_cast<physics::Collision>(g_world->BaseByName(name)).get();
+  };
+  const auto manager = g_world->Physics()->GetContactManager();
+  const auto contact = manager->NewContact(find(first), find(second), g_world->SimTime());
+  if (!contact) return false;
+  contact->count = std::min(count, MAX_CONTACT_JOINTS);
+  for (int i = 0; i < contact->count; ++i, numbers += 19) {
+    contact->positions[i] = paddock::get(numbers);
+    contact->normals[i] = paddock::get(numbers + 3);
+    contact->depths[i] = numbers[6];
+    auto &wrench = contact->wrench[i];
+    wrench.body1Force = paddock::get(numbers + 7), wrench.body1Torque = paddock::get(numbers + 10);
+    wrench.body2Force = paddock::get(numbers + 13), wrench.body2Torque = paddock::get(numbers + 16);
+  }
+  return true;
+}
+
 // Load a plugin of a model, or of the world (model: empty), as Gazebo does.
 //   text: an SDF whose model, or world, has it; folder: of its library.
 bool paddock_load_plugin(const char *name, const char *text, const char *folder) {
@@ -255,12 +295,10 @@ bool paddock_load_plugin(const char *name, const char *text, const char *folder)
 }
 
 // Make a step of some length that begins at a simulated time [s].
-//   step: makes the solver's step; cast: see Engine.
 // Returns whether nothing was thrown; made: whether the solver's step was made.
-bool paddock_step(double time, double length, void (*step)(),
-                  double (*cast)(const double *, const double *), bool *made) {
+bool paddock_step(double time, double length, bool *made) {
   auto &all = engine();
-  all.step = step, all.cast = cast, all.has_stepped = false;
+  all.has_stepped = false, all.is_stepping = true;
   const auto physics = g_world->Physics();
   if (physics->GetMaxStepSize() != length) physics->SetMaxStepSize(length);
   g_world->SetSimTime(common::Time(time));
@@ -268,11 +306,12 @@ bool paddock_step(double time, double length, void (*step)(),
   const bool done = guarded([&] {
     g_world->Step();
     transport::TopicManager::Instance()->ProcessNodes();
+    if (all.update_sensors) all.update_sensors();
     return true;
   });
   if (!done) paddock::takeThrown(&g_error);
   *made = all.has_stepped || !g_world->PhysicsEnabled();
-  all.step = nullptr;
+  all.is_stepping = false;
   return done;
 }
 

@@ -28,8 +28,13 @@ set(GAZEBO_LIBRARY_DIRS
 file(GLOB GAZEBO_INCLUDE_DIRS LIST_DIRECTORIES TRUE
   "${paddock_gazebo}/usr/include/gazebo-11" "${paddock_gazebo}/usr/include/sdformat-*"
   "${paddock_gazebo}/usr/include/ignition/*" "${paddock_gazebo}/usr/include/OGRE"
-  "${paddock_gazebo}/usr/include/OGRE/Terrain" "${paddock_gazebo}/usr/include/OGRE/Paging")
+  "${paddock_gazebo}/usr/include/OGRE/Terrain" "${paddock_gazebo}/usr/include/OGRE/Paging"
+  "${paddock_gazebo}/usr/include/*-linux-gnu")
 list(APPEND GAZEBO_INCLUDE_DIRS "${paddock_gazebo}/usr/include")
+# ROS has the headers of all its packages in one folder, and packages forget whose they include.
+get_filename_component(
+  paddock_headers "${paddock_gazebo}/../../src/standins/gazebo_plugins/include" ABSOLUTE)
+list(APPEND GAZEBO_INCLUDE_DIRS "${paddock_headers}")
 set(GAZEBO_PLUGIN_PATH "${paddock_gazebo_libraries}/gazebo-11/plugins")
 set(GAZEBO_PROTO_PATH "${paddock_gazebo}/usr/include/gazebo-11/gazebo/msgs/proto")
 set(GAZEBO_PROTO_INCLUDE_DIRS "${paddock_gazebo}/usr/include/gazebo-11/gazebo/msgs")

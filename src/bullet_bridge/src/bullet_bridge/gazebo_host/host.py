@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,8 @@ from bullet_sim.engine.api import Rays
 from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.engine.quickstep import layout
 from bullet_sim.errors import SimError
+from bullet_sim.plugins.contacts import ContactReader
+from bullet_sim.plugins.cpp import CppSpec
 from bullet_sim.pose import Array, Pose
 
 from bullet_bridge.gazebo_host import texts
@@ -20,10 +22,9 @@ from bullet_bridge.gazebo_host.libraries import CAST, STEP, HostLibrary
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
-    from bullet_sim.plugins.cpp import CppSpec
     from bullet_sim.world import World
 
-FARTHEST = 1000.0  # [m] which a ray of Gazebo's reaches where it hits nothing
+OF_RENDERER = ("camera", "depth", "gpu_ray", "multicamera", "wideanglecamera")  # types of sensors
 _hosts: list[GazeboHost] = []
 
 
@@ -43,6 +44,10 @@ def host_of(world: World) -> GazeboHost:
 
 def _columns(names: str) -> Array:
     return np.array([getattr(layout, name) for name in names.split()], np.int32)
+
+
+def _is_of(spec: Any, sensor: Any) -> bool:
+    return isinstance(spec, CppSpec) and spec.sensor is sensor
 
 
 def _numbers(pose: Pose) -> Array:
@@ -79,7 +84,11 @@ class GazeboHost:
         self._work: Any = None  # of the step that is made
         self._result: Array | None = None
         self._error: BaseException | None = None
-        self._step, self._cast = STEP(self._make_step), CAST(self._cast_ray)
+        self._problems: dict[Model, dict[int, str]] = {}  # of sensors, by their elements
+        self._watched_models: tuple[Model, ...] = ()  # of whom the readers are
+        self._readers: tuple[bytes, list[ContactReader]] = (b"", [])
+        self._calls = STEP(self._make_step), CAST(self._cast_rays), STEP(self._tell_contacts)
+        library.calls(*self._calls)
         self._buffer = np.zeros(7)
         self._made = ctypes.c_bool()
         rospy.on_shutdown(library.close)
@@ -91,11 +100,34 @@ class GazeboHost:
             SimError: it cannot be loaded; says why.
         """
         self._synchronize()
-        library, name = self._library, "" if model is None else model.name
-        text = texts.with_plugin(spec.text, name)
-        loaded = library.load_plugin(name.encode(), text.encode(), spec.folder.encode())
-        library.check(loaded, f"plugin '{spec.name}' is not loaded")
+        if model is not None and model not in self._problems:
+            self._problems[model] = dict(self._make_sensors(model))
+        if spec.sensor is not None and model is not None:
+            problem = self._problems[model].get(id(spec.sensor))
+            if problem:
+                name = spec.sensor.get("name")
+                raise SimError(f"sensor '{name}' with plugin '{spec.name}' is not made: {problem}")
+        else:
+            library, name = self._library, "" if model is None else model.name
+            text = texts.with_plugin(spec.text, name)
+            loaded = library.load_plugin(name.encode(), text.encode(), spec.folder.encode())
+            library.check(loaded, f"plugin '{spec.name}' is not loaded")
         self.world.stepper, self._stepped = self.step, True
+
+    def _make_sensors(self, model: Model) -> Iterator[tuple[int, str]]:
+        """Make a model's sensors, which its plugins may look for; gives why each is not made."""
+        library, name, description = self._library, model.name, model.description
+        for link, pose, element in description.sensor_elements:
+            plugins = [each for each in description.sensors if _is_of(each, element)]
+            if not plugins and element.get("type") in OF_RENDERER:
+                continue
+            library.load_sensors()
+            texts_of = [each.text for each in plugins]
+            link, text = texts.sensor_text(model, link, pose, element, texts_of)
+            folders = ":".join(each.folder for each in plugins)
+            arguments = name, link, text, folders
+            if not library.load_sensor(*(each.encode() for each in arguments)):
+                yield id(element), library.error().decode(errors="replace")
 
     def reset(self, time: float) -> None:
         """Tell all plugins of a reset, once; of time, too, where that is 0 [s]."""
@@ -112,9 +144,7 @@ class GazeboHost:
         self._stepped = True
         self._work, self._result, self._error = (efforts, records), None, None
         library, world = self._library, self.world
-        done = library.step(
-            world.time, world.time_step, self._step, self._cast, ctypes.byref(self._made)
-        )
+        done = library.step(world.time, world.time_step, ctypes.byref(self._made))
         if self._error is not None:
             raise self._error
         if not done:
@@ -154,17 +184,50 @@ class GazeboHost:
             x, y, z = buffer[:3].tolist()
             self._engine.set_gravity((x, y, z))
 
-    def _cast_ray(self, start: Any, along: Any) -> float:
-        """Distance to what a ray hits [m]; where it hits nothing: FARTHEST."""
+    def _cast_rays(
+        self, center: Any, along: Any, count: int, near: float, far: float, distances: Any
+    ) -> None:
+        """Distances (count,) to what rays hit [m]; see engine.hh."""
         try:
-            reach = np.ctypeslib.as_array(ctypes.cast(along, type(start)), (3,)).copy()
-            length = float(np.linalg.norm(reach))
-            center = np.ctypeslib.as_array(start, (3,)).copy()
-            rays = Rays(center, reach[None] / length, 0.0, length)
-            distance = float(self._engine.cast_rays(rays)[0])
-        except (ArithmeticError, ValueError):
-            return FARTHEST
-        return distance if np.isfinite(distance) else FARTHEST
+            start = np.ctypeslib.as_array(center, (3,)).copy()
+            directions = np.ctypeslib.as_array(along, (count, 3)).copy()
+            found = self._engine.cast_rays(Rays(start, directions, near, far))
+            np.ctypeslib.as_array(distances, (count,))[:] = found
+        except (ArithmeticError, ValueError) as error:
+            self._error = error
+
+    def _tell_contacts(self) -> None:
+        """The last step's contacts of collisions that somebody watches."""
+        try:
+            names = self._library.watched_collisions()
+            if names != self._readers[0] or self._models != self._watched_models:
+                self._watched_models = self._models
+                self._readers = names, list(self._contact_readers(names.decode()))
+            told = {}
+            for reader in self._readers[1]:
+                told.update({(pair.first, pair.second): pair for pair in reader.pairs(0.0)})
+            for pair in told.values():
+                back = np.zeros((len(pair.depths), 6)) if pair.back is None else pair.back
+                depths = np.reshape(pair.depths, (-1, 1))
+                parts = pair.positions, pair.normals, depths, pair.wrenches, back
+                numbers = np.hstack(parts)
+                first, second = pair.first.encode(), pair.second.encode()
+                self._library.add_contacts(first, second, numbers.ctypes.data, len(numbers))
+        except BaseException as error:  # C++ is below: it is raised again above it
+            self._error = error
+
+    def _contact_readers(self, names: str) -> Iterator[ContactReader]:
+        wanted = set(names.split("\n"))
+        for model in self._models:
+            if model.body.number < 0 or (names == "*" and model.is_static):
+                continue
+            own: dict[str, set[str]] = {}
+            for (link, _), name in model.collision_names.items():
+                full = f"{model.name}::{name}"
+                if full in wanted or names == "*":
+                    own.setdefault(model.link_in_body(link)[0], set()).add(full)
+            for link, monitored in own.items():
+                yield ContactReader(self.world, model, link, monitored)
 
     # What Gazebo's world has --------------------------------------------------------------------
     def _synchronize(self) -> None:
@@ -186,6 +249,7 @@ class GazeboHost:
         for model in known:
             if model not in models:
                 self._static.pop(model, None)
+                self._problems.pop(model, None)
                 library.remove(model.name.encode())
         for model in models:
             if model in known or model.body.number < 0:  # an actor

@@ -14,13 +14,18 @@ from bullet_sim.plugins.cpp import Libraries
 
 from bullet_bridge.resolve import exported_folders
 
+OWN = "PADDOCK_GAZEBO_PLUGINS"  # names the folder of Gazebo's own, where the host was built
 HOST = "libbullet_gazebo_host.so"
 MISSING = (
     "Gazebo's libraries are not there: ./run add gazebo brings them, or install libgazebo11-dev "
     "where the system has it, and build the workspace again; it is left out"
 )
+SENSORS = "libbullet_gazebo_sensors.so"  # beside HOST
 STEP = ctypes.CFUNCTYPE(None)
-CAST = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double), ctypes.c_void_p)
+_NUMBERS = ctypes.POINTER(ctypes.c_double)
+CAST = ctypes.CFUNCTYPE(
+    None, _NUMBERS, _NUMBERS, ctypes.c_int, ctypes.c_double, ctypes.c_double, _NUMBERS
+)
 _ARGUMENTS: dict[str, tuple[Any, list[Any]]] = {
     "columns": (ctypes.c_char_p, []),
     "error": (ctypes.c_char_p, []),
@@ -38,13 +43,20 @@ _ARGUMENTS: dict[str, tuple[Any, list[Any]]] = {
     "place": (ctypes.c_bool, [ctypes.c_char_p, ctypes.c_void_p]),
     "pull": (None, []),
     "load_plugin": (ctypes.c_bool, [ctypes.c_char_p] * 3),
-    "step": (ctypes.c_bool, [ctypes.c_double] * 2 + [STEP, CAST, ctypes.c_void_p]),
+    "calls": (None, [STEP, CAST, STEP]),
+    "step": (ctypes.c_bool, [ctypes.c_double] * 2 + [ctypes.c_void_p]),
+    "watched_collisions": (ctypes.c_char_p, []),
+    "add_contacts": (
+        ctypes.c_bool,
+        [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_int],
+    ),
     "unload_faulty": (ctypes.c_char_p, []),
     "next_moved": (ctypes.c_char_p, [ctypes.c_void_p]),
     "gravity": (ctypes.c_bool, [ctypes.c_void_p]),
     "reset": (ctypes.c_bool, [ctypes.c_bool]),
     "close": (None, []),
 }
+_OF_SENSORS = {"load_sensor": (ctypes.c_bool, [ctypes.c_char_p] * 4)}
 
 
 def library_folders(packages: rospkg.RosPack | None = None) -> Iterator[str]:
@@ -54,6 +66,7 @@ def library_folders(packages: rospkg.RosPack | None = None) -> Iterator[str]:
     yield from _listed("LD_LIBRARY_PATH")
     for prefix in _listed("CMAKE_PREFIX_PATH"):
         yield os.path.join(prefix, "lib")
+    yield from _listed(OWN)
 
 
 def _listed(variable: str) -> list[str]:
@@ -93,16 +106,25 @@ class HostLibrary:
         path = find_host()
         if not path:
             raise SimError(f"{HOST} is in no folder of CMAKE_PREFIX_PATH: {MISSING}")
+        self._folder = os.path.dirname(path)
+        self._enter(path, _ARGUMENTS)
+
+    def _enter(self, path: str, functions: dict[str, tuple[Any, list[Any]]]) -> None:
         try:  # global: plugins and Gazebo's libraries have types and functions of each other
-            self._functions = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
+            library = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
         except OSError as error:
             raise SimError(f"{path} cannot be loaded: {error}") from error
-        for name, (result, arguments) in _ARGUMENTS.items():
-            function = getattr(self._functions, f"paddock_{name}")
+        for name, (result, arguments) in functions.items():
+            function = getattr(library, f"paddock_{name}")
             function.restype, function.argtypes = result, arguments
             setattr(self, name, function)
 
-    def __getattr__(self, name: str) -> Any:  # those of _ARGUMENTS are set above
+    def load_sensors(self) -> None:
+        """Have the functions of SENSORS, with Gazebo's sensors, too; SimError: as above."""
+        if "load_sensor" not in vars(self):
+            self._enter(os.path.join(self._folder, SENSORS), _OF_SENSORS)
+
+    def __getattr__(self, name: str) -> Any:  # those of _ARGUMENTS are set in _enter
         raise AttributeError(name)
 
     def check(self, succeeded: bool, what: str) -> None:

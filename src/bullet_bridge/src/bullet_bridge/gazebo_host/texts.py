@@ -7,8 +7,10 @@ expects without frame semantics: so that no version of sdformat changes them.
 from __future__ import annotations
 
 import math
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
@@ -82,6 +84,34 @@ def with_plugin(text: str, name: str = "") -> str:
     if not name:
         return SDF.format(f'<world name="holder">{text}</world>')
     return SDF.format(f"<model name={quoteattr(name)}>{text}</model>")
+
+
+def sensor_text(
+    model: Model, link: str, pose: Pose, element: Element, plugins: Sequence[str]
+) -> tuple[str, str]:
+    """The link of Gazebo's model that has a <sensor>, and an SDF whose link has it.
+
+    Args:
+        link, pose: of the description in which it is, and where in its frame.
+        element: the sensor; one of which Paddock has the plugin is off until somebody wants it.
+        plugins: texts of its plugins in C++.
+    """
+    if link not in model.bodies:
+        link, offset = model.link_in_body(link)
+        pose = offset * pose
+    copied = ElementTree.fromstring(ElementTree.tostring(element))
+    own = copied.findall("plugin")
+    for child in [*own, *copied.findall("pose")]:
+        copied.remove(child)
+    for flag in copied.findall("always_on") if own and not plugins else ():
+        flag.text = "0"
+    text = ElementTree.tostring(copied, encoding="unicode").strip()
+    opening, _, rest = text.partition(">")
+    if opening.endswith("/"):
+        opening, rest = opening[:-1], "</sensor>"
+    inside = f"{opening}>{_pose(pose)}{''.join(plugins)}{rest}"
+    holder = f"<model name={quoteattr(model.name)}><link name={quoteattr(link)}>"
+    return link, SDF.format(f"{holder}{inside}</link></model>")
 
 
 def _link(model: Model, name: str, pose: Pose) -> str:

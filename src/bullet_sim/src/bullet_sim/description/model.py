@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Tuple
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -471,6 +472,7 @@ class ModelDescription:
         static: never moves.
         fixed_base: joints hold it in the world; joints move.
         auto_disable: it may sleep while it rests.
+        sensor_elements: <sensor>s with the link that each is in, and the pose in its frame.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
         is_empty: all its links were left out; what stands for them has no shape and never moves.
@@ -501,6 +503,7 @@ class ModelDescription:
     fixed_base: bool = False
     auto_disable: bool = True
     has_sensors: bool = False
+    sensor_elements: list[tuple[str, Pose, Element]] = field(default_factory=list)
     is_urdf: bool = False
     is_empty: bool = False
     log_level: str = ""

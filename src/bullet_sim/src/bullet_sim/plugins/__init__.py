@@ -78,6 +78,7 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             f"'{name}'",
         )
     pose = sdf_pose(element, f"sensor '{name}'")
+    model.sensor_elements.append((link, pose, element))
     for plugin, reader in zip(plugins, readers):
         if reader is None:
             known = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -59,6 +60,8 @@ class ContactPair(NamedTuple):
         total: (6,) their sum.
         positions, normals: (3,) of each contact in the world [m].
         depths: of each contact [m].
+        back: (n, 6) wrenches on the second shape's link about its center of mass, in its axes;
+            None: one of the two never moves.
     """
 
     time: float
@@ -69,6 +72,101 @@ class ContactPair(NamedTuple):
     positions: tuple[Array, ...]
     normals: tuple[Array, ...]
     depths: tuple[float, ...]
+    back: Array | None = None
+
+
+class ContactReader:
+    """Contacts of some collision shapes of a link, by the pairs of shapes that touch.
+
+    Args:
+        model, link: whose.
+        monitored: names of the shapes, model::link::collision.
+    """
+
+    def __init__(self, world: Any, model: Model, link: str, monitored: set[str]) -> None:
+        self._world, self._model, self._monitored = world, model, monitored
+        self._part = model.link_in_body(link)[0]
+        self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
+
+    def pairs(self, time: float) -> list[ContactPair]:
+        """Those of the last step."""
+        return [self._state(time, *names, contacts) for names, contacts in self._touching()]
+
+    def _touching(self) -> Iterable[tuple[tuple[str, str], list[Contact]]]:
+        pairs: dict[tuple[str, str], list[Contact]] = {}
+        touched = self._model.body.contacts(self._part)
+        for contact in touched if self._monitored else ():
+            mine = self._named(self._model, self._part, contact.position)
+            if mine in self._monitored:
+                names = mine, self._other(contact)
+                pair = names if contact.is_first else names[::-1]
+                pairs.setdefault(pair, []).append(contact)
+        return pairs.items()
+
+    def _named(self, model: Model, part: str, position: Array) -> str:
+        """model::link::collision of the shape that a point in the world is on."""
+        if (model, part) in self._names:
+            return self._names[model, part]
+        shapes = model.rigid_parts[part].collisions
+        if not shapes:
+            return f"{model.name}::{part}::collision"
+        shape = shapes[0]
+        if len(shapes) > 1:
+            pose = Pose(*model.body.link_motion(part)[:2])
+            local = pose.matrix.T @ (position - np.asarray(pose.position))
+            shape = nearest(shapes, local) or shape
+        plain = f"{shape.link or part}::{shape.name or 'collision'}"
+        name = f"{model.name}::{model.collision_names.get((shape.link, shape.number), plain)}"
+        if len(shapes) == 1:
+            self._names[model, part] = name
+        return name
+
+    def _model_of(self, contact: Contact) -> Model | None:
+        models = self._world.models.values()
+        return next((model for model in models if model.body.number == contact.body), None)
+
+    def _other(self, contact: Contact) -> str:
+        model = self._model_of(contact)
+        if model is None:
+            return "world"
+        return self._named(model, contact.link, contact.position)
+
+    def _state(self, time: float, one: str, two: str, contacts: list[Contact]) -> ContactPair:
+        """Of the contacts of a pair of shapes."""
+        contact = contacts[0]
+        own = self._model, self._part
+        other = self._model_of(contact), contact.link
+        first, second = (own, other) if contact.is_first else (other, own)
+        pushed = second if first[0] is None or first[0].is_static else first
+        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
+        forces = pushes * np.array([contact.force for contact in contacts])
+        positions = np.array([contact.position for contact in contacts])
+        wrenches = self._wrenches(first, pushed, positions, forces)
+        back = None
+        if pushed is first and second[0] is not None and not second[0].is_static:
+            back = self._wrenches(second, second, positions, -forces)
+        return ContactPair(
+            time,
+            one,
+            two,
+            tuple(wrenches),
+            np.add.reduce(wrenches, 0, initial=0.0),
+            tuple(positions),
+            tuple(sign * np.array([contact.normal for contact in contacts])),
+            tuple(contact.depth for contact in contacts),
+            back,
+        )
+
+    def _wrenches(self, axes: Any, about: Any, positions: Array, forces: Array) -> Array:
+        """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world, in the axes of
+        one link about the center of mass of another."""
+        rotation = np.eye(3)
+        if axes[0] is not None:
+            rotation = Pose(*axes[0].body.link_motion(axes[1])[:2]).matrix.T
+        center = (about[0] or self._model).body.link_center(about[1])
+        (x, y, z), (u, v, w) = (positions - center).T, forces.T
+        vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
+        return (rotation @ vectors[..., None]).reshape(-1, 6)
 
 
 @part_of(ContactSpec)
@@ -82,16 +180,15 @@ class ContactSensor(Sensor):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
-    CACHE: ClassVar[tuple[str, ...]] = ("_names",)
+    CACHE: ClassVar[tuple[str, ...]] = ("_reader",)
     every_step = whole_periods = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         model, spec, world = self.model, self.spec, self.world
         names, missing = watched(spec, model.description)
-        self._monitored = {f"{model.name}::{name}" for name in names}
-        self._part = model.link_in_body(spec.link)[0]
-        self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
+        monitored = {f"{model.name}::{name}" for name in names}
+        self._reader = ContactReader(world, model, spec.link, monitored)
         if missing:
             self.log_warning(
                 f"contact sensor '{spec.name}' of '{model.name}' tells nothing of "
@@ -116,7 +213,7 @@ class ContactSensor(Sensor):
         self._messages.set_step(step, self.nominal_rate, self.world.step_count)
 
     def update(self, time: float, period: float) -> None:
-        self._steps.append(tuple(self._states(time)))
+        self._steps.append(tuple(self._reader.pairs(time)))
         if self._messages.due(self.world.step_count):
             self._sender.send(time, [pair for step in self._steps for pair in step])
             self._steps.clear()
@@ -124,71 +221,3 @@ class ContactSensor(Sensor):
     def is_message(self, step: int) -> bool:
         """At its rate."""
         return step >= self._messages.next
-
-    def _states(self, time: float) -> list[ContactPair]:
-        """States of the last step."""
-        pairs: dict[tuple[str, str], list[Contact]] = {}
-        touched = self.model.body.contacts(self._part)
-        for contact in touched if self._monitored else ():
-            mine = self._named(self.model, self._part, contact.position)
-            if mine in self._monitored:
-                names = mine, self._other(contact)
-                pair = names if contact.is_first else names[::-1]
-                pairs.setdefault(pair, []).append(contact)
-        return [self._state(time, *names, contacts) for names, contacts in pairs.items()]
-
-    def _named(self, model: Model, part: str, position: Array) -> str:
-        """model::link::collision of the shape that a point in the world is on."""
-        if (model, part) in self._names:
-            return self._names[model, part]
-        shapes = model.rigid_parts[part].collisions
-        if not shapes:
-            return f"{model.name}::{part}::collision"
-        shape = shapes[0]
-        if len(shapes) > 1:
-            pose = Pose(*model.body.link_motion(part)[:2])
-            local = pose.matrix.T @ (position - np.asarray(pose.position))
-            shape = nearest(shapes, local) or shape
-        plain = f"{shape.link or part}::{shape.name or 'collision'}"
-        name = f"{model.name}::{model.collision_names.get((shape.link, shape.number), plain)}"
-        if len(shapes) == 1:
-            self._names[model, part] = name
-        return name
-
-    def _model_of(self, contact: Contact) -> Model | None:
-        models = self.world.models.values()
-        return next((model for model in models if model.body.number == contact.body), None)
-
-    def _other(self, contact: Contact) -> str:
-        model = self._model_of(contact)
-        if model is None:
-            return "world"
-        return self._named(model, contact.link, contact.position)
-
-    def _state(self, time: float, one: str, two: str, contacts: list[Contact]) -> ContactPair:
-        """Of the contacts of a pair of shapes."""
-        contact = contacts[0]
-        own = self.model, self._part
-        other = self._model_of(contact), contact.link
-        first, second = (own, other) if contact.is_first else (other, own)
-        pushed = second if first[0] is None or first[0].is_static else first
-        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
-        rotation = np.eye(3)
-        if first[0] is not None:
-            rotation = Pose(*first[0].body.link_motion(first[1])[:2]).matrix.T
-        center = (pushed[0] or self.model).body.link_center(pushed[1])
-        positions = np.array([contact.position for contact in contacts])
-        forces = pushes * np.array([contact.force for contact in contacts])
-        (x, y, z), (u, v, w) = (positions - center).T, forces.T
-        vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
-        wrenches = (rotation @ vectors[..., None]).reshape(-1, 6)
-        return ContactPair(
-            time,
-            one,
-            two,
-            tuple(wrenches),
-            np.add.reduce(wrenches, 0, initial=0.0),
-            tuple(positions),
-            tuple(sign * np.array([contact.normal for contact in contacts])),
-            tuple(contact.depth for contact in contacts),
-        )

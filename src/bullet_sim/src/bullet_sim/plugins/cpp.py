@@ -6,12 +6,13 @@ import functools
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 from xml.etree.ElementTree import Element
 
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins.registry import PLUGINS
+from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS
 from bullet_sim.plugins.spec import PluginSpec
-from bullet_sim.plugins.xml import PluginXml, library
+from bullet_sim.plugins.xml import PluginXml, SensorXml, library
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,13 @@ class CppSpec(PluginSpec):
     Attributes:
         folder: of the library.
         text: the plugin's element; its filename is the library's without a folder.
+        sensor: the <sensor> that has it; None: a model or the world.
     """
 
     folder: str
     text: str = field(repr=False)
     topic: str = ""
+    sensor: Element | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -46,18 +49,25 @@ _found: list[Libraries] = []
 
 def use(libraries: Libraries) -> Callable[[], None]:
     """Have C++ plugins that are not built in looked up; returns the function that ends it."""
-    remove = PLUGINS.add_source(_reader, tuple)
+    removals = [
+        PLUGINS.add_source(functools.partial(_reader, _read), tuple),
+        SENSOR_PLUGINS.add_source(functools.partial(_reader, _read_sensor), tuple),
+    ]
     _found.append(libraries)
 
     def end() -> None:
-        remove()
+        for remove in removals:
+            remove()
         _found.remove(libraries)
 
     return end
 
 
-def cpp_spec(element: Element, link: str = "") -> CppSpec | None:
-    """Specification of a <plugin> of a model or of the world; None: no library has its name.
+def cpp_spec(element: Element, link: str = "", sensor: Element | None = None) -> CppSpec | None:
+    """Specification of a <plugin>; None: no library has its name.
+
+    Args:
+        link, sensor: in which it is.
 
     Raises:
         ModelError: the library is there, and cannot be loaded here.
@@ -73,15 +83,19 @@ def cpp_spec(element: Element, link: str = "") -> CppSpec | None:
         copied.set("filename", f"lib{name}.so")
         copied.set("name", element.get("name") or name)
         text = ElementTree.tostring(copied, encoding="unicode")
-        return CppSpec(copied.get("name", name), link, folder, text)
+        return CppSpec(copied.get("name", name), link, folder, text, sensor=sensor)
     return None
 
 
-def _reader(name: str) -> Callable[[PluginXml], CppSpec | None] | None:
-    if any(libraries.folder_of(name) for libraries in _found):
-        return functools.partial(_read)
-    return None
+def _reader(read: Callable[[Any], CppSpec | None], name: str) -> Any:
+    """What reads a plugin of a library; a new object each time, to which facts may be added."""
+    has = any(libraries.folder_of(name) for libraries in _found)
+    return functools.partial(read) if has else None
 
 
 def _read(xml: PluginXml) -> CppSpec | None:
     return cpp_spec(xml.element, xml.model.root)
+
+
+def _read_sensor(xml: SensorXml) -> CppSpec | None:
+    return cpp_spec(xml.element, xml.parent, xml.sensor)
