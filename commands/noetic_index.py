@@ -2,8 +2,8 @@
 
 Run by the system's Python, as rosdistro is Debian's, with the address of the index (REP 153):
   REPOSITORY TYPE URL VERSION PACKAGE ...
-Of a repository whose sources have no branch in the index, URL and VERSION are those of its release,
-a branch a package: VERSION has {package} in it.
+A release has a branch a package: VERSION has {package} in it. It stands in place of sources that
+have no branch in the index; for others a second line, without packages, tells where it is.
 """
 
 import re
@@ -23,20 +23,19 @@ def lines(repositories):
     for name, repository in sorted(repositories.items()):
         source, release = repository.source_repository, repository.release_repository
         packages = sorted(release.package_names) if release else [name]
-        if source:
-            place = (source.type, source.url, source.version)
-        elif release and release.version:
+        places = [(source.type, source.url, source.version)] if source else []
+        if release and release.version:
             version = release.tags["release"].replace("{version}", release.version)
-            place = (release.type, release.url, version)
-        else:
-            continue
-        yield " ".join((name, *place, *packages))
+            places.append((release.type, release.url, version))
+        for place in places:
+            yield " ".join((name, *place, *packages))
+            packages = []
 
 
 def main():
     index = get_index(sys.argv[1])
     for line in lines(get_distribution_file(index, DISTRIBUTION).repositories):
-        if re.fullmatch(r"[\w.-]+ (git|hg|svn) \S+ \S+( [\w-]+)+", line):
+        if re.fullmatch(r"[\w.-]+ (git|hg|svn) \S+ \S+( [\w-]+)*", line):
             print(line)
 
 

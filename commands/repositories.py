@@ -19,15 +19,33 @@ PART = ".part"  # in src/, out of catkin's sight: what is being brought
 
 
 def bring(repository, folder=None):
-    """Brings a repository into src/, by vcstool: all of it, or nothing; enables its packages.
+    """Brings a repository, or what is released of it, into src/; enables its packages.
 
     Args:
         folder: Where clones and archives are; None: from the network.
+
+    Returns:
+        List of the folders' names.
 
     Raises:
         CommandError: It is not there, or not as it should be.
         Interrupted: A signal ended it.
     """
+    try:
+        _bring(repository, folder)
+        return [repository.name]
+    except CommandError as error:
+        if not repository.released:
+            raise
+        say(f"{'; '.join([str(error), *error.advice[:1]])}: its release is looked for")
+        try:
+            return [name for each in repository.released for name in bring(each, folder)]
+        except CommandError:
+            raise error from None
+
+
+def _bring(repository, folder):
+    """Brings a repository by vcstool: all of it, or nothing."""
     target = os.path.join(SOURCES, repository.name)
     if os.path.lexists(target):
         enable(target, repository.only, is_new=False)
@@ -69,6 +87,8 @@ def _import(result, folder):
         if status == 0:
             return
         shutil.rmtree(folder, ignore_errors=True)  # half of it stops the next attempt
+        if any("invalid reference" in line for line in lines):
+            break
     lines = [line for line in lines if line.strip(" .=E")]
     causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
     what = f"{result.url} {result.version}".rstrip()
@@ -180,8 +200,8 @@ def local(repository, folder):
         CommandError: There is none.
     """
     folder = os.path.realpath(folder)
-    for name in (repository.name, f"{repository.name}.git"):
-        path = os.path.join(folder, name)
+    named = (folder_of(repository.url), repository.name, f"{repository.name}.git")
+    for path in [os.path.join(folder, name) for name in named]:
         if os.path.exists(os.path.join(path, ".git")) or os.path.exists(os.path.join(path, "HEAD")):
             return Repository(repository.name, "git", path, repository.version)
     for path in sorted(glob.glob(os.path.join(folder, f"{glob.escape(repository.name)}*"))):

@@ -1,7 +1,7 @@
 """Where sources of ROS packages are: Noetic's index, and what it lacks or has wrong.
 
 Both are files of lines: REPOSITORY TYPE URL VERSION PACKAGE ...; of a repository with a branch a
-package VERSION has {package} in it.
+package VERSION has {package} in it. A line without packages is a repository's release.
 """
 
 import difflib
@@ -32,6 +32,7 @@ class Repository:
         url: Where it is.
         version: Branch, tag or commit; of an archive the folder in it. Empty: the default branch.
         only: Packages of which alone, with what they need of it, it is built; empty: all.
+        released: The same packages as repositories of their own, where it cannot be had.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Repository:
     url: str
     version: str = ""
     only: tuple = ()
+    released: tuple = ()
 
 
 @functools.lru_cache(maxsize=None)
@@ -47,20 +49,20 @@ def index():
 
     Returns:
         (dict from a repository to (kind, url, version, packages), dict from a package to its
-        repository).
+        repository, dict from a repository to the same of its release).
     """
-    repositories, packages = {}, {}
+    repositories, packages, releases = {}, {}, {}
     for line in [*read(INDEX).splitlines(), *read(MORE).splitlines()]:
         if line and not line.startswith("#"):
             name, kind, url, version, *of_it = line.split()
-            repositories[name] = (kind, url, version, tuple(of_it))
+            (repositories if of_it else releases)[name] = (kind, url, version, tuple(of_it))
             packages.update(dict.fromkeys(of_it, name))
-    return repositories, packages
+    return repositories, packages, releases
 
 
 def names():
     """Lists the repositories and packages that have sources."""
-    repositories, packages = index()
+    repositories, packages, _ = index()
     return sorted({*repositories, *packages})
 
 
@@ -81,7 +83,7 @@ def repositories_of(name):
         if not re.fullmatch(r"[\w.-]+", folder):
             raise UsageError(f"URL is {name!r}; its last part must name the repository")
         return [Repository(folder, "git", url, version)]
-    repositories, _ = index()
+    repositories = index()[0]
     found = _of_index(name, repositories[name][3]) if name in repositories else of_package(name)
     if not found:
         near = difflib.get_close_matches(name, names(), 3)
@@ -99,11 +101,18 @@ def of_package(name):
 
 
 def _of_index(name, packages):
-    kind, url, version, _ = index()[0][name]
-    if PACKAGE not in version:
-        return [Repository(folder_of(url), kind, url, version, packages)]
+    repositories, _, releases = index()
+    kind, url, version, _ = repositories[name]
+    if PACKAGE in version:
+        return _a_package(packages, kind, url, version)
+    released = _a_package(packages, *releases[name][:3], "-release") if name in releases else ()
+    return [Repository(folder_of(url), kind, url, version, packages, tuple(released))]
+
+
+def _a_package(packages, kind, url, version, end=""):
     return [
-        Repository(package, kind, url, version.replace(PACKAGE, package)) for package in packages
+        Repository(f"{package}{end}", kind, url, version.replace(PACKAGE, package))
+        for package in packages
     ]
 
 

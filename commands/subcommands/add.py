@@ -125,16 +125,14 @@ def bring_all(typed, lacking, folder):
     Raises:
         CommandError: One of the first cannot be had.
     """
-    for repository in typed:
-        bring(repository, folder)
-    came, known, nowhere = [repository.name for repository in typed], set(), {}
+    came = [name for repository in typed for name in bring(repository, folder)]
+    known, nowhere = set(), {}
     while True:
         for name in sorted(lacking.keys() - known):
             try:
                 repositories = sources.of_package(name)
                 for repository in repositories:
-                    bring(repository, folder)
-                    came.append(repository.name)
+                    came += bring(repository, folder)
             except CommandError as error:
                 say("; ".join([f"left out: {error}", *error.advice]))
                 repositories = []
@@ -197,14 +195,14 @@ def refresh(folder):
         raise CommandError(f"{url} cannot be read", *done.stderr.splitlines()[-1:])
     comments = [line for line in read(sources.INDEX).splitlines() if line.startswith("#")]
     write(sources.INDEX, "\n".join([*comments, done.stdout]))
-    say(f"{relative(sources.INDEX)}: {len(done.stdout.splitlines())} repositories")
+    say(f"{relative(sources.INDEX)}: {len(done.stdout.splitlines())} lines")
     return 0
 
 
 def print_list():
     """Prints what there is beside the index, and how much that has."""
     say(read(sources.MORE), end="")
-    repositories, packages = sources.index()
+    repositories, packages, _ = sources.index()
     say(f"Noetic's index and these: {len(repositories)} repositories, {len(packages)} packages")
     return 0
 

@@ -22,8 +22,10 @@ from commands.subcommands import add
 
 
 def test_the_index_is_complete():
-    repositories, packages = repos.index()
-    assert len(repositories) > 800 and len(packages) > 2000
+    repositories, packages, releases = repos.index()
+    assert len(repositories) > 800 and len(packages) > 2000 and len(releases) > 600
+    assert releases.keys() <= repositories.keys()
+    assert all(repos.PACKAGE in version for _, _, version, _ in releases.values())
     for kind, url, version, names in repositories.values():
         assert kind == "git" and version and names
         assert re.fullmatch(r"(https|git)://\S+", url)
@@ -279,6 +281,35 @@ def test_what_packages_depend_on_comes_round_after_round(here, hosted, monkeypat
     assert set(workspace.users_packages()) == {"robot", "drive", "wheels"}
     assert nowhere == {"nobodys": ["robot"], "lost": ["me"]}
     assert f"left out: {folder} has neither lost, a clone" in capsys.readouterr().out
+
+
+def test_a_branch_that_is_gone_comes_from_the_release(here, hosted, capsys):
+    """The rqt family's noetic-devel, which the index names, is gone from its repositories."""
+    folder = hosted("robot")
+    url = "https://example.org/robot-release.git"
+    with open(repos.INDEX, "a") as index:
+        index.write("robot git https://example.org/robot.git gone robot drive\n")
+        index.write(f"robot git {url} release/{{package}}/1.0\n")
+    repos.index.cache_clear()
+    released = folder / "robot-release"
+    released.mkdir()
+    git(released, "init", "-q", "-b", "main")
+    for name in ("robot", "drive"):
+        git(released, "checkout", "-q", "-b", f"release/{name}/1.0")
+        (released / "package.xml").write_text(MANIFEST.format(name))
+        git(released, "add", ".")
+        git(released, "commit", "-q", "-m", name)
+    for name, came in [("robot", {"robot", "drive"}), ("drive", {"drive"})]:
+        (repository,) = repos.repositories_of(name)
+        folders = repositories.bring(repository, str(folder))
+        assert folders == [f"{each}-release" for each in repository.only]
+        assert set(workspace.users_packages()) == came
+        for each in folders:
+            shutil.rmtree(here / each)
+    assert "its release is looked for\n" in capsys.readouterr().out
+    shutil.rmtree(released)
+    with pytest.raises(CommandError, match="/hosted/robot gone cannot be brought"):
+        repositories.bring(repos.repositories_of("drive")[0], str(folder))
 
 
 def test_sizes_are_told_before_anything_is_compiled(here):
