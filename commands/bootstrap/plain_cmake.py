@@ -5,6 +5,7 @@ find them. Those of other tools (ROS 2's ament) are left out.
 """
 
 import os
+import re
 from xml.etree import ElementTree
 
 from commands.bootstrap import left_out
@@ -14,6 +15,7 @@ from commands.paths import BUILD, DEVEL, ROOT, read
 PLAIN, CATKIN = "cmake", "catkin"
 OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
 FOLDER = os.path.join(BUILD, "plain")
+JOB = 1.5e6  # of memory for a compiler, as those of PCL's and Ceres's templates take [kB]
 
 
 def foreign(packages):
@@ -77,13 +79,19 @@ def build(step, environ, packages):
                 ],
                 environ,
             )
-            jobs = f"-j{len(os.sched_getaffinity(0))}"
-            yield ["make", "-C", into, "-O", jobs, "install"], environ
+            yield ["make", "-C", into, "-O", jobs(), "install"], environ
         except StepFailed:
             with open(step.log, encoding="utf-8", errors="replace") as stream:
                 stream.seek(begin)
                 refused.append(left_out.of_plain_cmake(name, stream.read()))
     return refused
+
+
+def jobs(memory="/proc/meminfo"):
+    """Returns make's option: as many compilers as there are cores, and memory that is free."""
+    free = re.search(r"MemAvailable: *(\d+)", read(memory))
+    cores = len(os.sched_getaffinity(0))
+    return f"-j{max(1, min(cores, int(free[1]) // int(JOB))) if free else cores}"
 
 
 def _in_order(packages):

@@ -480,7 +480,7 @@ def _make(step, environ, users):
     Returns:
         List of LeftOut.
     """
-    make = ["make", "-C", BUILD, "-k", "-O", f"-j{len(os.sched_getaffinity(0))}"]
+    make = ["make", "-C", BUILD, "-k", "-O", plain_cmake.jobs()]
     begin = os.path.getsize(step.log)
     result = {}
     for targets in (_message_targets(users), ["all"]):

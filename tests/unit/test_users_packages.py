@@ -91,6 +91,14 @@ def test_a_package_that_catkin_refuses_is_left_out_and_named(tmp_path, monkeypat
     assert set(workspace.users_packages()) == {"good", "p"}
 
 
+@pytest.mark.parametrize("free, jobs", [(100, 1), (1_500_000, 1), (3_100_000, 2), (9e8, 4)])
+def test_as_many_compilers_as_memory_is_free(tmp_path, monkeypatch, free, jobs):
+    monkeypatch.setattr(plain_cmake.os, "sched_getaffinity", lambda _: range(4), raising=False)
+    (tmp_path / "meminfo").write_text(f"MemFree: 1 kB\nMemAvailable:  {free:.0f} kB\n")
+    assert plain_cmake.jobs(str(tmp_path / "meminfo")) == f"-j{jobs}"
+    assert plain_cmake.jobs(str(tmp_path / "none")) == "-j4"
+
+
 def test_messages_that_a_package_forgets_to_ask_for(tmp_path):
     text = HEAD.format("words", "COMPONENTS message_generation") + "generate_messages()\n"
     folders = {"words": package(tmp_path / "words", "words", text)}
