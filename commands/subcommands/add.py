@@ -42,7 +42,7 @@ def add_arguments(parser):
     text = "take clones (NAME, NAME.git) or archives (NAME.tar.gz, NAME.zip ...) from there instead"
     parser.add_argument("--from", dest="folder", metavar="FOLDER", help=text)
     parser.add_argument("--list", action="store_true", help="tell what there is beside the index")
-    parser.add_argument("--refresh", action="store_true", help="take Noetic's index anew")
+    parser.add_argument("--refresh", action="store_true", help="read Noetic's index and rosdep's names")
 
 
 def run(options, _rest):
@@ -177,7 +177,7 @@ def sizes(users, names):
 
 
 def refresh(folder):
-    """Writes config/sources/noetic.txt.
+    """Writes what is in the project of Noetic's index and rosdep's names.
 
     Args:
         folder: Where a clone of ros/rosdistro is; None: from the network.
@@ -190,12 +190,14 @@ def refresh(folder):
     if folder:
         clone = local(Repository("rosdistro", "git", url), folder).url
         url = f"file://{clone}/index-v4.yaml"
-    done = subprocess.run([PYTHON, "-I", INDEX_READER, url], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise CommandError(f"{url} cannot be read", *done.stderr.splitlines()[-1:])
-    comments = [line for line in read(sources.INDEX).splitlines() if line.startswith("#")]
-    write(sources.INDEX, "\n".join([*comments, done.stdout]))
-    say(f"{relative(sources.INDEX)}: {len(done.stdout.splitlines())} lines")
+    for path, what in ((sources.INDEX, "noetic"), (deps.ROSDEPS_LIST, "rosdep")):
+        command = [PYTHON, "-I", INDEX_READER, url, what]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise CommandError(f"{url} cannot be read", *done.stderr.splitlines()[-1:])
+        comments = [line for line in read(path).splitlines() if line.startswith("#")]
+        write(path, "\n".join([*comments, done.stdout]))
+        say(f"{relative(path)}: {len(done.stdout.splitlines())} lines")
     return 0
 
 

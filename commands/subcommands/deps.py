@@ -1,7 +1,7 @@
 """Names what the packages at and below PATH ask for, and which Debian package has it.
 
 They ask by package.xml, by components of catkin in CMakeLists.txt, and by their launch files.
-The names are rosdep's: Debian's list of ROS packages, config/rosdep/paddock.yaml, and what
+The names are rosdep's: Debian's list of ROS packages, those of config/rosdep/, and what
 `rosdep update` has brought, if it was run. Packages of the folder itself, of Paddock (with its
 stand-ins for what Debian lacks) and of a ROS that is sourced count as there. --names prints only
 the Debian packages to install, for scripts.
@@ -39,6 +39,7 @@ DEPEND_TAGS = (
     "test_depend",
 )
 OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
+ROSDEPS_LIST = os.path.join(ROOT, "config", "rosdep", "rosdep.yaml")  # of ./run add --refresh
 LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
 ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
 WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
@@ -199,7 +200,7 @@ def resolve(names, debians_ros=True):
     import json
 
     prepare()
-    lists = [OUR_LIST, *([sources.DEBIANS_LIST] if debians_ros else [])]
+    lists = [OUR_LIST, *([sources.DEBIANS_LIST] if debians_ros else []), ROSDEPS_LIST]
     names = sorted(set(names))
     done = subprocess.run(
         [PYTHON, "-I", LOOKUP, os_release().get("VERSION_CODENAME", "sid"), *lists],

@@ -77,6 +77,8 @@ NAMES = {
     "gtest": ["libgtest-dev"],
     "sdl-image": ["libsdl-image1.2-dev"],
     "eigen": ["libeigen3-dev"],
+    "gtk3": ["libgtk-3-dev"],
+    "libturbojpeg": ["libturbojpeg0-dev"],  # by a rule for any Debian that has no own one
     "python-yaml": ["python3-yaml"],
     "python3-scipy": ["python3-scipy"],
     "libjpeg-dev": ["libjpeg-dev"],
@@ -146,7 +148,7 @@ def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path)
     rules = {"my_lib": {"debian": ["my-lib"]}, "eigen": {"debian": ["no-eigen"]}}
     pickled.with_suffix(".pickle").write_bytes(pickle.dumps(rules, 2))
     done = subprocess.run(
-        ["/usr/bin/python3", "-I", deps.LOOKUP, "bookworm", deps.OUR_LIST],
+        ["/usr/bin/python3", "-I", deps.LOOKUP, "bookworm", deps.OUR_LIST, deps.ROSDEPS_LIST],
         input=json.dumps(["my_lib", "eigen", "nowhere"]),
         env=lookup, capture_output=True, text=True, check=False,
     )  # fmt: skip
