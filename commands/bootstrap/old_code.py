@@ -22,11 +22,15 @@ _BARE = re.compile(r"\bbind\s*[(<][^;]*?[\s,(]_[1-9]\b")
 _STANDARD = re.compile(
     r"std=(?:c|gnu)\+\+(?:98|03|0x|11|1y|14)\b|CXX_STANDARD\s+\"?(?:98|11|14)\b|cxx_std_(?:98|11|14)\b"
 )
+_BEFORE_FFMPEG_5 = re.compile(
+    r"\bavcodec_get_context_defaults3\b|(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
+)
 _COMMENT = re.compile(r"#.*")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
     "headers": "headers under their old names",
+    "ffmpeg": "names of FFmpeg before 5, and its codecs without const",
     "standard": f"C++ {OLDEST_STANDARD} in place of an older one, which log4cxx needs",
 }
 
@@ -38,7 +42,7 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, standard and boost_NAME.
+        List of placeholders, headers, ffmpeg, standard and boost_NAME.
     """
     cmake, sources = texts(folder)
     result = []
@@ -49,6 +53,10 @@ def needs_of(folder):
         result.append("placeholders")
     if any(f"{name}>" in text or f'{name}"' in text for name in _lacking() for text in sources):
         result.append("headers")
+    if any("libavcodec/" in text for text in sources) and any(
+        map(_BEFORE_FFMPEG_5.search, sources)
+    ):
+        result.append("ffmpeg")
     if _needs_standard() and _STANDARD.search(cmake):
         result.append("standard")
     for name in BOOST:

@@ -1,6 +1,6 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, standard, boost_NAME, messages_NAME. Packages that need nothing
+# a list of placeholders, headers, ffmpeg, standard, boost_NAME, messages_NAME. Packages that need nothing
 # are left alone.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
@@ -26,6 +26,7 @@ endif()
 if(EXISTS "${CATKIN_DEVEL_PREFIX}/lib/libg2o_core.so" AND NOT G2O_INCREMENTAL_LIB)
   set(G2O_INCREMENTAL_LIB "" CACHE FILEPATH "of g2o's examples")
 endif()
+set(PADDOCK_FFMPEG "${CMAKE_CURRENT_LIST_DIR}/before_ffmpeg_5.h")
 include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()
@@ -73,6 +74,10 @@ function(paddock_help_target target type help)
         "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include boost/bind.hpp>")
     elseif(each STREQUAL "headers")
       set_property(TARGET ${target} APPEND PROPERTY INCLUDE_DIRECTORIES "${PADDOCK_HEADERS}")
+    elseif(each STREQUAL "ffmpeg")
+      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
+        "$<$<COMPILE_LANGUAGE:CXX>:-fpermissive>"
+        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FFMPEG}>")
     elseif(each STREQUAL "standard")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>")

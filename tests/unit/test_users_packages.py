@@ -31,6 +31,9 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("find_package(Boost program_options)", "#include <boost/program_options.hpp>", []),
         ("", "#include <boost/filesystem/path.hpp>", ["boost_filesystem"]),
         ("# -std=c++11", "", []),
+        ("", "#include <libavcodec/avcodec.h>\nAVCodec* codec;", ["ffmpeg"]),
+        ("", "#include <libavcodec/avcodec.h>\nconst AVCodec *codec;", []),
+        ("", "AVCodec *codec;", []),
     ],
 )  # fmt: skip
 def test_what_old_code_needs(tmp_path, cmake, source, needs):
