@@ -42,7 +42,7 @@ def add_arguments(parser):
     text = "take clones (NAME, NAME.git) or archives (NAME.tar.gz, NAME.zip ...) from there instead"
     parser.add_argument("--from", dest="folder", metavar="FOLDER", help=text)
     parser.add_argument("--list", action="store_true", help="tell what there is beside the index")
-    parser.add_argument("--refresh", action="store_true", help="read Noetic's index and rosdep's names")
+    parser.add_argument("--refresh", action="store_true", help="read what is in the index again")
 
 
 def run(options, _rest):

@@ -7,6 +7,7 @@ min_turning_radius by a penalty only, and the footprint min_obstacle_dist from a
 
 import math
 import os
+import subprocess
 
 import pytest
 import yaml
@@ -95,3 +96,19 @@ def test_what_teb_keeps_free_is_the_footprint_of_the_costmaps(vehicle):
     for x, y in given["footprint"]:
         beside = max(begin - x, 0.0, x - end)
         assert math.hypot(beside, y) <= teb["min_obstacle_dist"]
+
+
+@pytest.mark.parametrize(
+    "built, said, planner", [(False, None, ""), (True, None, "teb"), (True, "dwa", "dwa")]
+)
+def test_teb_is_taken_where_it_is_built(tmp_path, built, said, planner):
+    library = tmp_path / "devel" / "lib" / "libteb_local_planner.so"
+    library.parent.mkdir(parents=True)
+    if built:
+        library.touch()
+    hook = os.path.join(SOURCES, "paddock_navigation", "env-hooks", "10.planner.sh")
+    environ = {"PATH": os.environ["PATH"], "CMAKE_PREFIX_PATH": f"/nowhere:{tmp_path}/devel"}
+    if said:
+        environ["PADDOCK_PLANNER"] = said
+    words = ["sh", "-euc", f'. "{hook}"; printf %s "${{PADDOCK_PLANNER:-}}"']
+    assert subprocess.run(words, env=environ, capture_output=True, text=True).stdout == planner
