@@ -14,6 +14,7 @@ from rosdep2 import create_default_installer_context, sources_list
 from rosdep2.lookup import ResolutionError, RosdepDefinition
 
 OS_NAME, INSTALLERS = "debian", ["apt"]
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # that of C takes a tenth of the time
 
 
 def sources(paths):
@@ -21,7 +22,7 @@ def sources(paths):
     result = []
     for path in filter(os.path.isfile, paths):
         with open(path, encoding="utf-8") as stream:
-            result.append(yaml.safe_load(stream) or {})
+            result.append(yaml.load(stream, LOADER) or {})
     if os.path.isfile(os.path.join(sources_list.get_sources_cache_dir(), sources_list.CACHE_INDEX)):
         result += [source.rosdep_data for source in sources_list.load_cached_sources_list()]
     return result
