@@ -131,18 +131,22 @@ class RobotsEnv(ParallelEnv):  # type: ignore[misc]
         self.world.advance(steps_of(self._steps, self._period, self.world.world.time_step))
         time = self._steps * self._period
         judged = {name: agent.finish(self._steps, time) for name, agent in running.items()}
-        late = self._steps >= self._most
+        late = {
+            name: agent.task.truncates(agent.state, judged[name][1]) or self._steps >= self._most
+            for name, agent in running.items()
+        }
+        ended = {name: bool(end) for name, (_, end) in judged.items()}
         results = (
             {name: agent.observe() for name, agent in running.items()},
             {name: reward for name, (reward, _) in judged.items()},
-            {name: bool(end) for name, (_, end) in judged.items()},
-            dict.fromkeys(running, late),
+            {name: end and not late[name] for name, end in ended.items()},
+            late,
             {name: agent.info(judged[name][1]) for name, agent in running.items()},
         )
-        for name, (_, end) in judged.items():
+        for name, end in ended.items():
             if end:
                 self._agents[name].actions.stop()
-        self.agents = [name for name, (_, end) in judged.items() if not (end or late)]
+        self.agents = [name for name in running if not (ended[name] or late[name])]
         return results
 
     def close(self) -> None:

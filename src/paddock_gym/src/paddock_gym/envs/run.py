@@ -113,6 +113,10 @@ class Run(Task):
         """Command the car."""
         self.car.drive(*command)
 
+    def stop(self) -> None:
+        """Have the car stand."""
+        self.car.drive(0.0, 0.0)
+
     # a run ------------------------------------------------------------------------------------
     def start(self, state: State, rng: np.random.Generator) -> None:
         """Put the car to `place`, to a random place, or 5 % further with each run."""

@@ -151,6 +151,16 @@ def film_lap(env, driver, start, path, after_action=None) -> Lap:
 REAR_AXLE = Car().rear  # x of the rear axle from base_link [m]
 
 
+def follow(pursuit, motion, actions):
+    """The action of Actions by which a car with this Motion follows the path of a Pursuit."""
+    speed, curvature = pursuit.command(
+        motion.x + REAR_AXLE * math.cos(motion.yaw),
+        motion.y + REAR_AXLE * math.sin(motion.yaw),
+        motion.yaw,
+    )
+    return actions.action(speed, math.atan(GEOMETRY.wheelbase * curvature))
+
+
 class PolicyDriver:
     """A trained policy."""
 
@@ -186,14 +196,7 @@ class PursuitDriver:
             track = env.task.track
             path = Path(track.centreline, closed=track.closed)
             self._pursuit = Pursuit(path, **self._gains)
-        motion = env.task.motion
-        speed, curvature = self._pursuit.command(
-            motion.x + REAR_AXLE * math.cos(motion.yaw),
-            motion.y + REAR_AXLE * math.sin(motion.yaw),
-            motion.yaw,
-        )
-        steering = math.atan(GEOMETRY.wheelbase * curvature)
-        return env.options.actions.action(speed, steering)
+        return follow(self._pursuit, env.task.motion, env.options.actions)
 
 
 DRIVERS = {

@@ -24,15 +24,20 @@ HINGES = ("left_steering_hinge_joint", "right_steering_hinge_joint")
 SENSORS = {"camera_width": "160", "camera_height": "120", "lidar_samples": "64"}
 
 
-def recipe(track, time_step):
-    """Recipe of the world of track_model's launch files with a car on a Track.
+def recipe(track, time_step, names=("racecar",)):
+    """Recipe of the world of track_model's launch files with cars on a Track.
 
     Args:
         time_step: physics step [s].
+        names: of the cars, which are side by side, a metre apart.
     """
-    folder = str(pathlib.Path(source.tracks_directory()).parent)
-    alone = of_package("track_model", folder, "track.world", time_step, "racecar", **SENSORS)
-    return dataclasses.replace(alone, spawns=(*alone.spawns, Spawn("track", track.sdf())))
+    folder, cars = str(pathlib.Path(source.tracks_directory()).parent), []
+    for number, name in enumerate(names):
+        sensors = dict(SENSORS, robot_namespace=f"/{name}")
+        alone = of_package("track_model", folder, "track.world", time_step, "racecar", **sensors)
+        place = Pose((0.0, float(number), 0.0))
+        cars.append(dataclasses.replace(alone.spawns[0], name=name, pose=place))
+    return dataclasses.replace(alone, spawns=(*cars, Spawn("track", track.sdf())))
 
 
 class Car:
