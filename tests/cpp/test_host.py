@@ -87,6 +87,37 @@ def test_gazebos_own_plugins_act(run):
     assert state["hinge"][1] == pytest.approx(0.7, rel=1e-3)
 
 
+LOAD = """
+if world.step_count == 0:
+    world.spawn_sdf("load", '<sdf version="1.6"><model name="load"><link name="l">'
+        '<gravity>0</gravity><inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia>'
+        '</inertial></link></model></sdf>', Pose((0.1, 0.0, 1.05)), lambda uri: uri)
+"""
+
+
+@pytest.mark.parametrize("detached", [0, 1])
+def test_a_joint_that_a_plugin_makes_holds_until_it_is_detached(run, detached):
+    alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"
+    push = f"\nif 10 <= world.step_count < 40: {SAME['force', 3.0]}"
+    told = "\nif world.step_count == 99: print('load', world.models['load'].link_state('l')[1][0])"
+    stopped = "\nif world.step_count == 60: model.set_velocity((0, 0, 0), (0, 0, 0))"
+    code = LOAD + push + (stopped if detached else "") + told
+    output = run(PLUGIN.format("acting_model", "weld", detached), 100, code, alone)[1]
+    load = next(float(line.split()[1]) for line in output.splitlines() if line.startswith("load"))
+    # 3 N for 30 ms on 2 kg and 2 kg; what is let go keeps its speed when the other is stopped
+    assert load == pytest.approx(3.0 * 0.03 / 4.0, rel=0.02)
+    state = states(output)["state"]
+    assert state[7] == pytest.approx(0.0 if detached else load, abs=1e-4)
+
+
+def test_a_joint_that_a_plugin_makes_has_a_motor(run):
+    alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"
+    output = run(PLUGIN.format("acting_model", "crane", 0), 400, LOAD, alone)[1]
+    last = [line for line in output.splitlines() if line.startswith("crane")][-1].split()
+    assert float(last[2]) == pytest.approx(1.0, rel=1e-3)
+    assert float(last[1]) == pytest.approx(0.39, abs=0.01)
+
+
 def test_mass_and_gravity_are_changed(run):
     push = f"model.body.apply_force('link', (1.0, 0.0, 0.0), {CENTER})"
     alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"

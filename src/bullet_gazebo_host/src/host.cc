@@ -169,6 +169,8 @@ bool paddock_insert(const char *text) {
   return guarded([&] {
     const auto element = read(text, "model");
     if (!element) return false;
+    paddock::isInserting() = true;
+    const std::shared_ptr<void> end(nullptr, [](void *) { paddock::isInserting() = false; });
     element->SetParent(g_world->SDF());
     g_world->SDF()->InsertElement(element);
     const auto model = g_world->LoadModel(element, g_world->BaseByName(g_world->Name()));
@@ -210,6 +212,47 @@ bool paddock_bind_joint(const char *model, const char *name, int row, int one, i
   if (!joint) return fail(std::string("Gazebo's model '") + model + "' has no joint '" + name + "'");
   joint->Bind(row, one, two);
   return true;
+}
+
+// The next joint that a plugin has made, attached or detached; null: there is none.
+//   Returns its number, 1: attach or 0: detach, its type, and model and link of parent and child
+//   (empty: the world), a line each.
+//   numbers: get the pose of its frame in the child's, axis, limits, effort, velocity, damping,
+//   friction, stiffness and rest of a spring: 18.
+const char *paddock_next_joint(double *numbers) {
+  paddock::JointChange change;
+  boost::shared_ptr<paddock::RowJoint> joint;
+  do {
+    if (!paddock::nextChange(&change)) return nullptr;
+    joint = paddock::madeJoint(change.number);
+  } while (change.attach && !joint);
+  std::ostringstream text;
+  text << change.number << "\n" << change.attach << "\n";
+  if (!change.attach) return (g_text = text.str()).c_str();
+  text << (joint->HasType(physics::Base::HINGE_JOINT)    ? "revolute"
+           : joint->HasType(physics::Base::SLIDER_JOINT) ? "prismatic"
+                                                         : "fixed");
+  for (const auto &link : {joint->GetParent(), joint->GetChild()})
+    text << "\n" << (link ? link->GetParentModel()->GetName() : "")
+         << "\n" << (link ? link->GetName() : "");
+  const auto place = joint->InitialAnchorPose();
+  paddock::put(numbers, place.Pos()), paddock::putTurn(numbers + 3, place.Rot());
+  std::fill(numbers + 7, numbers + 18, 0.0);
+  if (joint->DOF() > 0) {
+    const double values[] = {
+        joint->LowerLimit(0), joint->UpperLimit(0), joint->GetEffortLimit(0),
+        joint->GetVelocityLimit(0), joint->GetDamping(0),
+        joint->GetParam("friction", 0),
+        joint->GetStiffness(0), joint->GetSpringReferencePosition(0)};
+    paddock::put(numbers + 7, joint->OwnAxis());
+    std::copy(values, values + 8, numbers + 10);
+  }
+  return (g_text = text.str()).c_str();
+}
+
+// Say which row such a joint is; see paddock_bind_joint().
+void paddock_bind_made(int number, int row, int one, int two) {
+  if (const auto joint = paddock::madeJoint(number)) joint->Bind(row, one, two);
 }
 
 // Put a model to a pose that the solver has no row for.

@@ -1,6 +1,8 @@
 #include "joint.hh"
 
 #include <cmath>
+#include <deque>
+#include <mutex>
 
 namespace paddock {
 
@@ -13,19 +15,84 @@ namespace {
 
 constexpr double UNLIMITED = 1e16;  // SDF's limit of a joint that has none
 
+int g_made = 0;  // joints that plugins have made
+std::map<int, boost::weak_ptr<gazebo::physics::Base>> g_joints;
+std::deque<JointChange> g_changes;
+std::mutex g_mutex;  // plugins make joints in threads of ROS, too
+
 void noRow(const RowJoint &joint, const char *what) {
-  gzerr << "joint " << joint.GetScopedName() << " is none of the solver's, so that " << what
-        << " has no effect; joints that a plugin makes are not simulated\n";
+  gzerr << "joint " << joint.GetScopedName() << ": " << what << " has no effect\n";
+}
+
+void demand(int number, bool attach) {
+  std::lock_guard<std::mutex> lock(g_mutex);
+  g_changes.push_back({number, attach});
 }
 
 }  // namespace
 
+bool &isInserting() {
+  static bool instance = false;
+  return instance;
+}
+
+bool nextChange(JointChange *change) {
+  std::lock_guard<std::mutex> lock(g_mutex);
+  if (g_changes.empty()) return false;
+  *change = g_changes.front();
+  g_changes.pop_front();
+  return true;
+}
+
+boost::shared_ptr<RowJoint> madeJoint(int number) {
+  std::lock_guard<std::mutex> lock(g_mutex);
+  const auto found = g_joints.find(number);
+  return boost::dynamic_pointer_cast<RowJoint>(
+      found == g_joints.end() ? nullptr : found->second.lock());
+}
+
+RowJoint::RowJoint(gazebo::physics::BasePtr parent)
+    : Joint(parent), made(isInserting() ? 0 : ++g_made) {}
+
+void RowJoint::Init() {
+  Joint::Init();
+  if (made == 0) return;
+  {
+    std::lock_guard<std::mutex> lock(g_mutex);
+    g_joints[made] = shared_from_this();
+  }
+  is_ready = true;
+  demand(made, true);
+}
+
 void RowJoint::Fini() {
+  if (is_ready) demand(made, false);
+  is_ready = false;
   row = -1;
   Joint::Fini();
 }
 
-void RowJoint::Bind(int number, int first, int second) { row = number, one = first, two = second; }
+void RowJoint::Attach(LinkPtr parent, LinkPtr child) {
+  Joint::Attach(parent, child);
+  if (is_ready) demand(made, true);
+}
+
+void RowJoint::Detach() {
+  Joint::Detach();
+  if (made == 0 && HasRow()) noRow(*this, "Detach() of a joint of the model's file");
+  if (is_ready) demand(made, false), row = -1;
+}
+
+void RowJoint::Bind(int index, int first, int second) {
+  row = index, one = first, two = second;
+  if (!HasRow()) return;
+  for (const auto &each : given) At(each.first) = each.second;
+  given.clear();
+}
+
+void RowJoint::SetAxis(unsigned int index, const Vector3d &value) {
+  if (index == 0 && value.Length() > 0.0) axis = value.Normalized();
+}
 
 void RowJoint::RefreshRate() {
   if (HasRow() && DOF() > 0) At(col::RATE) = GetVelocity(0);
@@ -81,7 +148,7 @@ bool RowJoint::SetPosition(unsigned int index, double position, bool keeps_veloc
 
 void RowJoint::SetForce(unsigned int index, double effort) {
   if (!HasRow()) {
-    noRow(*this, "SetForce");
+    if (made == 0) noRow(*this, "SetForce() of a joint that is not simulated");
     return;
   }
   effort = CheckAndTruncateForce(index, effort);
@@ -142,7 +209,8 @@ Column RowJoint::ColumnOf(const std::string &key) {
   return found == columns.end() ? col::COLUMNS : found->second;
 }
 
-bool RowJoint::SetParam(const std::string &key, unsigned int, const boost::any &value) {
+bool RowJoint::SetParam(
+    const std::string &key, unsigned int index, const boost::any &value) {
   const Column column = ColumnOf(key);
   if (column == col::COLUMNS) {
     gzerr << "Unable to handle joint attribute[" << key << "]\n";
@@ -154,7 +222,13 @@ bool RowJoint::SetParam(const std::string &key, unsigned int, const boost::any &
           << value.type().name() << ", must be a double\n";
     return false;
   }
-  if (!HasRow()) return true;  // the solver has what the file says
+  if (!HasRow()) {  // of a joint of a file the solver has what that says
+    if (column == col::UPPER || column == col::LOWER)
+      column == col::UPPER ? SetUpperLimit(index, *number) : SetLowerLimit(index, *number);
+    else if (made != 0)
+      given[column] = *number;
+    return true;
+  }
   Wake();
   if (column == col::UPPER || column == col::LOWER) {
     if (At(col::LOWER) > At(col::UPPER)) At(col::LOWER) = -UNLIMITED, At(col::UPPER) = UNLIMITED;

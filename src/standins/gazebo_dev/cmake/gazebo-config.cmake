@@ -31,10 +31,10 @@ file(GLOB GAZEBO_INCLUDE_DIRS LIST_DIRECTORIES TRUE
   "${paddock_gazebo}/usr/include/OGRE/Terrain" "${paddock_gazebo}/usr/include/OGRE/Paging"
   "${paddock_gazebo}/usr/include/*-linux-gnu")
 list(APPEND GAZEBO_INCLUDE_DIRS "${paddock_gazebo}/usr/include")
-# ROS has the headers of all its packages in one folder, and packages forget whose they include.
-get_filename_component(
-  paddock_headers "${paddock_gazebo}/../../src/standins/gazebo_plugins/include" ABSOLUTE)
-list(APPEND GAZEBO_INCLUDE_DIRS "${paddock_headers}")
+# ROS has headers and libraries of all its packages in one folder each, and packages forget whose they
+# include and link.
+get_filename_component(paddock_root "${paddock_gazebo}/../.." ABSOLUTE)
+list(APPEND GAZEBO_INCLUDE_DIRS "${paddock_root}/src/standins/gazebo_plugins/include")
 set(GAZEBO_PLUGIN_PATH "${paddock_gazebo_libraries}/gazebo-11/plugins")
 set(GAZEBO_PROTO_PATH "${paddock_gazebo}/usr/include/gazebo-11/gazebo/msgs/proto")
 set(GAZEBO_PROTO_INCLUDE_DIRS "${paddock_gazebo}/usr/include/gazebo-11/gazebo/msgs")
@@ -56,6 +56,7 @@ if(NOT TARGET paddock_gazebo_libraries)
   set_target_properties(paddock_gazebo_libraries PROPERTIES
     INTERFACE_LINK_LIBRARIES "${libraries};${Boost_LIBRARIES}"
     INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${GAZEBO_INCLUDE_DIRS}"
+    INTERFACE_LINK_DIRECTORIES "${paddock_root}/devel/lib"
     INTERFACE_COMPILE_FEATURES cxx_std_17
     INTERFACE_COMPILE_OPTIONS "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>;$<$<COMPILE_LANGUAGE:CXX>:-DBOOST_BIND_GLOBAL_PLACEHOLDERS>")
   set(rpath_link "")

@@ -71,6 +71,26 @@ class Acting : public ModelPlugin {
     if (kind == "crash" && steps == 10) *static_cast<volatile int *>(nullptr) = 1;
     if (kind == "hang" && steps == 10) common::Time::Sleep(11);
     if (kind == "tell") Tell();
+    if (kind == "weld" || kind == "crane") Connect();
+  }
+
+  // Joins the model "load" by a joint made now: held (weld), or turned about z (crane).
+  void Connect() {
+    if (steps == 5) {
+      const auto world = model->GetWorld();
+      const auto one = model->GetLink("link"), two = world->ModelByName("load")->GetLink("l");
+      made = world->Physics()->CreateJoint("revolute", model);
+      made->Attach(one, two);
+      made->Load(one, two, ignition::math::Pose3d());
+      made->SetModel(model);
+      made->SetAxis(0, {0, 0, 1});
+      if (kind == "weld") made->SetUpperLimit(0, 0.0), made->SetLowerLimit(0, 0.0);
+      made->Init();
+    }
+    if (kind == "crane" && steps == 10) made->SetParam("fmax", 0, 50.0), made->SetParam("vel", 0, 1.0);
+    if (kind == "crane" && steps > 90)
+      std::cout << "crane " << made->Position(0) << " " << made->GetVelocity(0) << std::endl;
+    if (kind == "weld" && steps == 50 && value > 0) made->Detach();
   }
 
   void Tell() {
@@ -83,7 +103,7 @@ class Acting : public ModelPlugin {
   }
 
   physics::ModelPtr model;
-  physics::JointPtr joint, slide;
+  physics::JointPtr joint, slide, made;
   event::ConnectionPtr connection;
   std::unique_ptr<ros::NodeHandle> node;
   ros::Subscriber command;

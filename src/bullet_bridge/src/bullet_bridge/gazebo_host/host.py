@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import rosgraph
 import rospy
-from bullet_sim.engine.api import Rays
+from bullet_sim.description.model import Joint
+from bullet_sim.engine.api import WORLD, Rays
 from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.engine.quickstep import layout
 from bullet_sim.errors import SimError
 from bullet_sim.plugins.contacts import ContactReader
 from bullet_sim.plugins.cpp import CppSpec
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Array, Pose, vector3
 
 from bullet_bridge.gazebo_host import texts
 from bullet_bridge.gazebo_host.libraries import CAST, STEP, HostLibrary
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
+MADE = "of a C++ plugin"  # in keys of joints that plugins have made
 OF_RENDERER = ("camera", "depth", "gpu_ray", "multicamera", "wideanglecamera")  # types of sensors
 _hosts: list[GazeboHost] = []
 
@@ -89,7 +91,7 @@ class GazeboHost:
         self._readers: tuple[bytes, list[ContactReader]] = (b"", [])
         self._calls = STEP(self._make_step), CAST(self._cast_rays), STEP(self._tell_contacts)
         library.calls(*self._calls)
-        self._buffer = np.zeros(7)
+        self._buffer = np.zeros(18)  # which the library writes into
         self._made = ctypes.c_bool()
         rospy.on_shutdown(library.close)
 
@@ -175,7 +177,7 @@ class GazeboHost:
         """What plugins have set that has no rows."""
         library, buffer = self._library, self._buffer
         while (name := library.next_moved(buffer.ctypes.data)) is not None:
-            x, y, z, *turn = buffer.tolist()
+            x, y, z, *turn = buffer[:7].tolist()
             model = self.world.models.get(name.decode())
             if model is not None:
                 self._static[model] = pose = Pose((x, y, z), tuple(turn))
@@ -183,6 +185,51 @@ class GazeboHost:
         if library.gravity(buffer.ctypes.data):
             x, y, z = buffer[:3].tolist()
             self._engine.set_gravity((x, y, z))
+        while (text := library.next_joint(buffer.ctypes.data)) is not None:
+            number, attach, *what = text.decode().split("\n")
+            try:
+                self._change_joint((MADE, int(number)), attach == "1", what)
+            except SimError as error:
+                rospy.logerr("a joint that a C++ plugin has made is not simulated: %s", error)
+
+    def _change_joint(self, key: tuple[str, int], attach: bool, what: Sequence[str]) -> None:
+        """Attach or detach a joint that a plugin has made; see paddock_next_joint()."""
+        if not attach:
+            self._engine.detach(key)
+            return
+        if self._engine.attach_again(key):
+            return
+        kind, *links = what
+        (parent, _), (child, inner) = (self._in_body(*links[i : i + 2]) for i in (0, 2))
+        if child == WORLD:
+            raise SimError("its child is the world, must be a link")
+        numbers = self._buffer.tolist()
+        lower, upper, effort, velocity, damping, friction, stiffness, rest = numbers[10:]
+        joint = Joint(
+            "made",
+            kind,
+            "",
+            "",
+            axis=vector3(numbers[7:10]),
+            lower=lower if lower > -texts.UNLIMITED else None,
+            upper=upper if upper < texts.UNLIMITED else None,
+            effort=max(effort, 0.0),
+            velocity=max(velocity, 0.0),
+            damping=damping,
+            friction=friction,
+            stiffness=stiffness,
+            rest=rest,
+            anchor=inner * Pose(vector3(numbers[:3]), (*numbers[3:7],)),
+        )
+        self._engine.attach_by_joint(key, parent, child, None if kind == "fixed" else joint)
+
+    def _in_body(self, model: str, link: str) -> tuple[Any, Pose]:
+        """The engine's link that has a link of Gazebo's, and the pose of that one in it."""
+        if not model:
+            return WORLD, Pose()
+        found = self.world.model(model)
+        part, offset = found.link_in_body(link)
+        return (found.body.number, part), offset
 
     def _cast_rays(
         self, center: Any, along: Any, count: int, near: float, far: float, distances: Any
@@ -279,6 +326,10 @@ class GazeboHost:
         for model in self._models:
             if model.body.number >= 0:
                 self._bind(model)
+        types = self._arrays.state.system.types
+        for key, row in self._arrays.attached.items():
+            if key[0] == MADE:
+                self._library.bind_made(key[1], row, *types[row, 1:].tolist())
 
     def _bind(self, model: Model) -> None:
         library, name = self._library, model.name.encode()

@@ -40,6 +40,8 @@ _ARGUMENTS: dict[str, tuple[Any, list[Any]]] = {
         [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_bool],
     ),
     "bind_joint": (ctypes.c_bool, [ctypes.c_char_p] * 2 + [ctypes.c_int] * 3),
+    "next_joint": (ctypes.c_char_p, [ctypes.c_void_p]),
+    "bind_made": (None, [ctypes.c_int] * 4),
     "place": (ctypes.c_bool, [ctypes.c_char_p, ctypes.c_void_p]),
     "pull": (None, []),
     "load_plugin": (ctypes.c_bool, [ctypes.c_char_p] * 3),
