@@ -46,6 +46,8 @@ WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of D
 WIDTH = 96
 # Stand-ins without C++ of packages that Debian has: C++ that includes their headers needs Debian's.
 PYTHON_ONLY = ("cv_bridge",)
+VARIABLES = {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic"}
+_WORDS = re.compile(r"'[^']*'|\"[^\"]*\"|[=!<>]=|[<>()]|[\w$.-]+")
 _IN_LAUNCH_FILE = re.compile(r"\bpkg\s*=\s*[\"']([\w-]+)[\"']|\$\(find ([\w-]+)\)")
 
 
@@ -130,7 +132,7 @@ def read_manifest(path):
     wanted = {}
     for element in root:
         text = (element.text or "").strip()
-        if element.tag in DEPEND_TAGS and text and _for_ros_1(element.get("condition", "")):
+        if element.tag in DEPEND_TAGS and text and _stands(element.get("condition", "")):
             wanted.setdefault(text, []).append(element.tag)
     return name, wanted
 
@@ -175,12 +177,17 @@ def in_cpp(manifest, name):
     return any(wanted.search(text) for text in old_code.texts(os.path.dirname(manifest))[1])
 
 
-def _for_ros_1(condition):
-    """Whether a condition of format 3 lets a dependency stand, as far as ROS_VERSION goes."""
-    words = condition.replace("'", "").replace('"', "").split()
-    if len(words) != 3 or words[0] != "$ROS_VERSION" or words[1] not in ("==", "!="):
+def _stands(condition):
+    """Whether a condition of format 3 (REP 149) lets a dependency stand."""
+    words = [
+        word if word in ("and", "or") or not re.match(r"[\w$'\"]", word)
+        else repr(VARIABLES.get(word[1:], "") if word[0] == "$" else word.strip("'\""))
+        for word in _WORDS.findall(condition)
+    ]  # fmt: skip
+    try:
+        return not words or bool(eval(" ".join(words), {"__builtins__": {}}))
+    except SyntaxError:  # catkin names it
         return True
-    return (words[2] == "1") == (words[1] == "==")
 
 
 def resolve(names, debians_ros=True):

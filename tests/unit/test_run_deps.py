@@ -131,6 +131,29 @@ def test_cpp_needs_the_headers_that_a_stand_in_lacks(workspace, debians_ros):
     assert found().missing["cv_bridge"] == names and "cv_bridge" not in found().paddock
 
 
+@pytest.mark.parametrize(
+    "condition, stands",
+    [
+        ("", True),
+        ("$ROS_VERSION == 1", True),
+        ("$ROS_VERSION != '1'", False),
+        ("$ROS_PYTHON_VERSION == 2", False),  # wxpython, python-qt5-bindings ... of smach_viewer
+        ('$ROS_PYTHON_VERSION == "3"', True),
+        ("($ROS_DISTRO == noetic or $ROS_DISTRO == melodic) and $ROS_PYTHON_VERSION >= 3", True),
+        ("$ROS_DISTRO &lt; kinetic", False),
+        ("$NO_SUCH_NAME == 1", False),
+        ("$ROS_VERSION ==", True),  # catkin names it
+    ],
+)
+def test_conditions_of_dependencies(tmp_path, condition, stands):
+    escaped = condition.replace('"', "&quot;")
+    manifest = tmp_path / "package.xml"
+    manifest.write_text(
+        f'<package format="3"><name>a</name><depend condition="{escaped}">b</depend></package>'
+    )
+    assert deps.read_manifest(str(manifest)) == ("a", {"b": ["depend"]} if stands else {})
+
+
 def test_names_of_debian():
     assert deps.resolve(NAMES) == NAMES
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
