@@ -5,15 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mounted_root
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 CLASS = ROOT / "docs" / "tutorials" / "class"
 ANSWERS = (CLASS / "submissions" / "ben.py").read_text()
-
-
-def graded(*words):
-    return subprocess.run(words, capture_output=True, text=True, timeout=900)
 
 
 def test_each_driver_has_its_row(tmp_path):
@@ -28,13 +25,9 @@ def test_each_driver_has_its_row(tmp_path):
     task = {**yaml.safe_load((CLASS / "task.yaml").read_text()), "patience": 5}
     (tmp_path / "task.yaml").write_text(yaml.safe_dump(task))
     marks = tmp_path / "marks.csv"
-    words = [sys.executable, str(CLASS / "grade.py"), str(tmp_path / "task.yaml"), str(folder)]
-    done = graded(*words, str(marks))
-    if (
-        "drivers cannot be enclosed" in done.stderr
-    ):  # as in a chroot: then it runs nothing by itself
-        assert done.returncode == 1 and "--trust" in done.stderr and not marks.exists()
-        done = graded(*words, str(marks), "--trust")
+    words = [*mounted_root.words(tmp_path), sys.executable, str(CLASS / "grade.py")]
+    words += [str(tmp_path / "task.yaml"), str(folder), str(marks)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stderr
     rows = {row["name"]: row for row in csv.DictReader(marks.open())}
     outcomes = {name: row["outcome"] for name, row in rows.items()}

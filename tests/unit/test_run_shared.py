@@ -3,19 +3,25 @@
 import os
 import subprocess
 
+import mounted_root
 import pytest
 from run_rig import PATIENCE, ROOT
 
-# The clone as for a user who may only read it, also where root runs the tests.
-READ_ONLY = ["bwrap", "--dev-bind", "/", "/", "--ro-bind", str(ROOT), str(ROOT)]
 OWN = ("XDG_CACHE_HOME", "XDG_STATE_HOME", "XDG_DATA_HOME", "ROS_HOME", "ROS_LOG_DIR")
+
+
+def read_only(folder):
+    """Words before a command in a folder: the clone as for a user who may only read it."""
+    clone = str(ROOT)  # also where root runs the tests
+    bind = ["bwrap", "--dev-bind", "/", "/", "--ro-bind", clone, clone]
+    return [*mounted_root.words(folder), *bind]
 
 
 def reader(home, *words, **extra):
     """Runs a command of ./run as a user with a home; returns subprocess.CompletedProcess."""
     environ = {name: value for name, value in os.environ.items() if name not in OWN}
     return subprocess.run(
-        [*READ_ONLY, str(ROOT / "run"), *words], cwd=home, capture_output=True, text=True,
+        [*read_only(home), str(ROOT / "run"), *words], cwd=home, capture_output=True, text=True,
         env={**environ, "HOME": str(home), **extra}, timeout=PATIENCE,
     )  # fmt: skip
 
@@ -47,7 +53,8 @@ def test_what_its_owner_has_not_installed_is_named(tmp_path):
         except CommandError as error:
             print(error)"""
     done = subprocess.run(
-        [*READ_ONLY, "/usr/bin/python3", "-c", code], cwd=tmp_path, capture_output=True, text=True,
+        [*read_only(tmp_path), "/usr/bin/python3", "-c", code],
+        cwd=tmp_path, capture_output=True, text=True,
         env={"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": str(tmp_path)},
     )  # fmt: skip
     assert done.stdout.endswith("who has to type there: ./run setup --with test\n"), done.stderr

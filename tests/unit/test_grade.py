@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import mounted_root
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,13 +35,18 @@ print(json.dumps({
 """
 
 
+def world():
+    """Words before the command of a world."""
+    return [*mounted_root.words("/"), *grade.WORLD]
+
+
 def test_a_driver_sees_the_system_paddock_and_itself_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("SECRET", "of the teacher")
     driver, solution = tmp_path / "driver.py", tmp_path / "solution.py"
     driver.write_text(CURIOUS)
     solution.write_text("")
     hidden = [str(solution), str(ROOT / ".git"), "/etc/shadow", "/root", os.path.expanduser("~")]
-    words = [*grade.WORLD, *grade.enclosed(driver), sys.executable, "/tmp/driver.py", *hidden]
+    words = [*world(), *grade.enclosed(driver), sys.executable, "/tmp/driver.py", *hidden]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
@@ -59,7 +65,7 @@ def test_its_memory_and_files_have_limits(tmp_path, text, said):
     driver, log = tmp_path / "driver.py", tmp_path / "log.txt"
     driver.write_text(f"import signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n{text}\n")
     limits = grade.limits({"memory": 200, "wall_time_limit": 60})
-    words = [*grade.WORLD, *grade.enclosed(driver), *limits, sys.executable, "/tmp/driver.py"]
+    words = [*world(), *grade.enclosed(driver), *limits, sys.executable, "/tmp/driver.py"]
     with log.open("wb") as stream:
         done = subprocess.run(words, stdout=stream, stderr=subprocess.PIPE, text=True, timeout=120)
     assert done.returncode != 0 and said in done.stderr
