@@ -25,6 +25,7 @@ COARSE = 0.008  # [m/px]
 LARGE_PIXELS = 4096
 MARGIN = 0.5  # grass beyond the outermost border [m]
 SHIFT = 4  # fractional bits of OpenCV's polygon corners
+FINE, BAND = 8, 64  # a pixel's parts along each axis, by which lines cover it; rows at a time
 
 
 def extent(lane: Lane) -> Extent:
@@ -75,12 +76,22 @@ def _fill(
     area: Extent,
     color: tuple[int, ...],
 ) -> None:
-    # OpenCV's integer corner positions are pixel centers, hence the half.
-    corners = [
-        np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
-        for points in polygons
-    ]
-    cv2.fillPoly(image, corners, color, cv2.LINE_AA, SHIFT)
+    """Mix a color into each pixel by the share of it that polygons cover.
+
+    cv2.LINE_AA leaves steps in edges that are nearly level, which a camera close by sees.
+    """
+    corners = [to_pixels(points, area) for points in polygons]
+    low = np.maximum(0, np.floor(np.min([c.min(axis=0) for c in corners], axis=0)).astype(int))
+    high = np.ceil(np.max([c.max(axis=0) for c in corners], axis=0)).astype(int) + 1
+    for top in range(low[1], min(high[1], len(image)), BAND):
+        band = image[top : min(top + BAND, high[1]), low[0] : high[0]]
+        rows, columns = band.shape[:2]
+        fine = np.zeros((rows * FINE, columns * FINE), np.uint8)
+        # OpenCV's integer corner positions are pixel centers, hence the half.
+        placed = [((c - (low[0], top)) * FINE - 0.5) * (1 << SHIFT) for c in corners]
+        cv2.fillPoly(fine, [np.round(c).astype(np.int32) for c in placed], 255, cv2.LINE_8, SHIFT)
+        share = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA)[..., None] / 255.0
+        band[:] = np.round(band + share * (np.array(color) - band))
 
 
 def _strip(
