@@ -333,7 +333,7 @@ def draw_all(cases, folder):
     folder, all_titles = pathlib.Path(folder), {name: name for name in cases}
     for kind in KINDS:
         six = folder / ("beside_gazebo.png" if kind == "paths" else f"beside_gazebo_{kind}.png")
-        draw(cases, SIX, kind, six, 3, (3.4, 2.8))
+        draw(cases, SIX, kind, six, 2, (2.8, 2.2))  # which a phone shows large enough
         draw(cases, all_titles, kind, folder / f"all_{kind}.png", 4, (2.8, 2.2))
 
 

@@ -5,6 +5,7 @@
     ./run exec python docs/tools/pictures.py robots --from FOLDER --gazebo IMAGES
     ./run exec python docs/tools/pictures.py film           # film.mp4, one minute
     ./run exec python docs/tools/pictures.py navigation     # on the tutorial's map, out/yard.yaml
+    ./run exec python docs/tools/pictures.py maps           # out/yard.yaml and out/track.yaml
 
 FOLDER has clones of husky/husky, jackal/jackal and clearpathrobotics/LMS1xx (melodic-devel) and of
 ROBOTIS-GIT/turtlebot3 (noetic), each by its name. IMAGES gets NAME.world and NAME.urdf for Gazebo:
@@ -382,7 +383,33 @@ def navigation() -> None:
         freeze(browser)
         browser.run("delete page.world.render; byId('layers').scrollIntoView()")
         picture = browser.picture()
-    save(picture, "navigation.png")
+    save(picture[:560, 424:], "navigation.png")  # so much can be read on a phone
+
+
+def with_scale(picture, cell):
+    """A map with a bar of a meter.
+
+    Args:
+        picture: (H, W, 3).
+        cell: What a pixel is of the ground [m].
+    """
+    drawn, low, length = np.array(picture), len(picture) - 16, round(1.0 / cell)
+    cv2.rectangle(drawn, (16, low - 8), (16 + length, low), (40, 40, 40), -1)
+    cv2.putText(drawn, "1 m", (16, low - 18), cv2.FONT_HERSHEY_SIMPLEX, 0.9, (40, 40, 40), 2)
+    return drawn
+
+
+def maps() -> None:
+    """The maps of the tutorial, a cell two pixels."""
+    import yaml
+
+    for name in ("yard", "track"):
+        about = yaml.safe_load((OUT / f"{name}.yaml").read_text())
+        cells = cv2.imread(str(OUT / about["image"]))
+        rows, columns = np.nonzero(cells[..., 0] != cells[0, 0, 0])  # the rest is unknown
+        seen = cells[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+        large = seen.repeat(2, axis=0).repeat(2, axis=1)
+        save(with_scale(large, about["resolution"] / 2.0), f"map_{name}.png")
 
 
 YARD = """<sdf version="1.6"><world name="yard">
@@ -483,8 +510,15 @@ SHOTS = (  # title, command, its replay, seconds of it per second of the film, s
         ("check", "campus_rover", "campus.launch"),
         "check/campus_rover/campus.html",
         1.0,
-        8.0,
+        4.0,
     ),
+)
+PURPOSE = (  # at the end of the film: size of the letters, lines
+    (1.6, "Paddock"),
+    (0.8, "ROS 1 robots in the place of"),
+    (0.8, "Gazebo Classic: your URDF, launch"),
+    (0.8, "files, controllers and nodes,"),
+    (0.8, "without Gazebo, GPU or screen"),
 )
 
 
@@ -494,6 +528,15 @@ def captioned(picture, title):
     for color, width in ((0, 0, 0), 6), (WHITE, 2):
         place = (24, drawn.shape[0] - 28)
         cv2.putText(drawn, title, place, cv2.FONT_HERSHEY_SIMPLEX, 0.9, color, width, cv2.LINE_AA)
+    return drawn
+
+
+def purpose(width, height):
+    """A picture of PURPOSE, white on black."""
+    drawn, low = np.zeros((height, width, 3), np.uint8), 100
+    for size, line in PURPOSE:
+        cv2.putText(drawn, line, (48, low), cv2.FONT_HERSHEY_SIMPLEX, size, WHITE, 2, cv2.LINE_AA)
+        low += round(50 + 20 * (size > 1.0))
     return drawn
 
 
@@ -533,13 +576,16 @@ def film() -> None:
                     frame = av.VideoFrame.from_ndarray(image, format="rgb24")
                     container.mux(stream.encode(frame))
             print(f"{title}: {seconds:.1f} s", flush=True)
+        for _ in range(4 * rate):
+            frame = av.VideoFrame.from_ndarray(purpose(*size), format="rgb24")
+            container.mux(stream.encode(frame))
         container.mux(stream.encode())
     made.replace(target)
     told(target, LARGEST_FILM)
 
 
 PICTURES = {each.__name__: each for each in (page, classroom, window, rviz, lap, check)}
-ASKED = {each.__name__: each for each in (film, navigation)}  # made only when they are named
+ASKED = {each.__name__: each for each in (film, navigation, maps)}  # made only when they are named
 
 
 def main() -> int:
