@@ -17,6 +17,7 @@ from report import table
 from sections import SECTIONS, section
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
+sys.path.append(str(ROOT))  # for the package commands
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 

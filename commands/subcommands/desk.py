@@ -54,7 +54,7 @@ focus_on_window_activation focus
 WEB = os.path.join(ROOT, "commands", "desk_web.py")
 PAGE = "/usr/share/novnc"
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
-PORTS = range(6080, 6100)  # the first free one is taken
+PORTS = range(6080, 6280)  # the first free one is taken
 GRACE = 10.0  # from SIGTERM to SIGKILL for what the desk started [s]
 
 

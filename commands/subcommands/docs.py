@@ -4,6 +4,7 @@ The pages are those of docs/ and those beside the code, with a search and the Py
 has the tree. A page that is missing, and a link or an anchor that leads nowhere, end the build. The
 site is in out/site/; at the printed address its search works, too, without a network. The first
 call installs mkdocs and its theme (config/requirements-docs.txt) into .cache/docs, not into .venv.
+In another user's clone it shows the site that is there, and builds only where there is none.
 """
 
 import os
@@ -14,21 +15,22 @@ from commands.bootstrap import ros
 from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.bootstrap.venv import ADVICE, extra_requirements
 from commands.errors import CommandError, say
-from commands.paths import CACHE, KEPT, OUT, ROOT, read, relative, write
+from commands.paths import CACHE, KEPT, OUT, OWN, ROOT, read, relative, write
 
 USAGE = "[--build] [--port N]"
 FOLDERS = tuple(os.path.join(folder, "docs") for folder in (CACHE, KEPT))
 STAMP = ".stamp"
 SITE = os.path.join(OUT, "site")
+OWNERS = os.path.join(ROOT, "out", "site")  # of who may change the clone
+PORTS = range(8000, 8200)  # the first free one is taken
 HOST = "127.0.0.1"
 
 
 def add_arguments(parser):
     """Declares the options."""
     parser.add_argument("--build", action="store_true", help="build, and serve nothing")
-    parser.add_argument(
-        "--port", metavar="N", type=parsing.port, default=8000, help="on which it is served (8000)"
-    )
+    text = "on which it is served (8000, or the next free one)"
+    parser.add_argument("--port", metavar="N", type=parsing.port, help=text)
 
 
 def run(options, _rest):
@@ -37,27 +39,44 @@ def run(options, _rest):
     Raises:
         CommandError: The site cannot be built, or something else listens on the port.
     """
-    if not options.build:
+    port = None if options.build else free_port(options.port)
+    environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
+    environ.pop("PYTHONPATH", None)
+    site, python = OWNERS, ros.python()
+    if OWN or options.build or not os.path.exists(os.path.join(OWNERS, "index.html")):
+        site, python = SITE, prepare()
+        with SetupLock(f"{FOLDERS[-1]}.lock", "building the site"):
+            built = processes.run_child(
+                [python, "-m", "mkdocs", "build", "--strict", "-d", SITE], cwd=ROOT, env=environ
+            )
+        if built != 0:
+            raise CommandError("the site cannot be built", "The lines above name the pages.")
+    say(f"{relative(site)}/index.html")
+    if port:
+        say(f"http://{HOST}:{port}/ (Ctrl-C ends it)")
+        words = ["http.server", "--bind", HOST, "--directory", site, str(port)]
+        processes.become_module(python, words, environ)
+
+
+def free_port(asked):
+    """Finds a port for the server.
+
+    Args:
+        asked: Its number; None for the first free one of PORTS.
+
+    Raises:
+        CommandError: There is none.
+    """
+    for port in PORTS if asked is None else [asked]:
         with socket.socket() as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
-                probe.bind((HOST, options.port))
+                probe.bind((HOST, port))
             except OSError as error:
-                raise CommandError(f"port {options.port} cannot be had: {error.strerror}") from None
-    python = prepare()
-    environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
-    environ.pop("PYTHONPATH", None)
-    with SetupLock(f"{FOLDERS[-1]}.lock", "building the site"):
-        built = processes.run_child(
-            [python, "-m", "mkdocs", "build", "--strict", "-d", SITE], cwd=ROOT, env=environ
-        )
-    if built != 0:
-        raise CommandError("the site cannot be built", "The lines above name the pages.")
-    say(f"{relative(SITE)}/index.html")
-    if not options.build:
-        say(f"http://{HOST}:{options.port}/ (Ctrl-C ends it)")
-        words = ["http.server", "--bind", HOST, "--directory", SITE, str(options.port)]
-        processes.become_module(python, words, environ)
+                why = error.strerror
+            else:
+                return port
+    raise CommandError(f"port {port} cannot be had: {why}")
 
 
 def prepare():

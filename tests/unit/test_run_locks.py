@@ -1,5 +1,6 @@
 """Two ./run at once: one fills a folder of results, one brings a simulator to a master."""
 
+import contextlib
 import json
 import os
 import signal
@@ -120,6 +121,25 @@ def test_a_port_of_the_site_that_is_taken():
         port = other.getsockname()[1]
         with pytest.raises(CommandError, match=f"port {port} cannot be had: Address already"):
             docs.run(parsing.parser_of("docs", docs).parse_args(["--port", str(port)]), [])
+        assert docs.free_port(None) in docs.PORTS
+
+
+def test_a_user_is_shown_the_site_of_the_clone_s_owner(monkeypatch, tmp_path):
+    """Thirty students had built thirty, and the second found the port taken."""
+    (tmp_path / "index.html").write_text("")
+    became, port = [], docs.PORTS[0]
+    monkeypatch.setattr(docs, "OWN", False)
+    monkeypatch.setattr(docs, "OWNERS", str(tmp_path))
+    monkeypatch.setattr(docs, "prepare", lambda: pytest.fail("it builds"))
+    monkeypatch.setattr(docs.processes, "become_module", lambda *words: became.append(words))
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with contextlib.suppress(OSError):  # another program's
+            other.bind(("127.0.0.1", port))
+            other.listen()
+        docs.run(parsing.parser_of("docs", docs).parse_args([]), [])
+    [(_, words, _)] = became
+    assert str(tmp_path) in words and int(words[-1]) in docs.PORTS[1:]
 
 
 @pytest.mark.parametrize("comes, started", [(True, 0), (False, 1)])

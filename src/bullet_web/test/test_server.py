@@ -211,6 +211,13 @@ def test_only_this_machine_reaches_the_port():
             listen(taken, False)
 
 
+def test_a_class_of_thirty_has_a_page_each():
+    """A server has a world of each; the twenty-first found no port."""
+    with contextlib.ExitStack() as stack:
+        taken = {stack.enter_context(listen(0, False)).getsockname()[1] for _ in range(30)}
+    assert len(taken) == 30 and taken <= set(PORTS)
+
+
 def test_a_shared_page_is_told_by_a_number_or_else_by_the_name(monkeypatch):
     told = machine_address()
     if told != socket.gethostname():

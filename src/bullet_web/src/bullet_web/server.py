@@ -31,7 +31,7 @@ from bullet_web.messages import MAX_BYTES, BadMessage, json_of, parse
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 ELSEWHERE = ("192.0.2.1", 9)  # outside any network of one's own (RFC 5737)
-PORTS = range(7080, 7100)  # the first free one is taken
+PORTS = range(7080, 7280)  # the first free one is taken
 WINDOW = 3  # messages that a page has not acknowledged, or its connection not taken yet
 # Kinds of messages, the first go first; others go behind them as they come.
 ORDER = (
