@@ -238,11 +238,14 @@ TOLD = {
         "of five seeds, whose rows have the means of each seed. The reward is the way along the "
         "center line [m], and -3 for an end before the lap.",
         told_if(
-            "By chance a run returns {}, pure pursuit at 2 m/s {}, a trained policy {} after {}.",
+            "By chance a run returns {}; pure pursuit at 2 m/s {} in {}, a policy that has learned "
+            "from {} {} in {}.",
             "random, return",
             "fast_pursuit, return",
-            "trained, return",
+            "fast_pursuit, length",
             "trained, actions learned from",
+            "trained, return",
+            "trained, length",
         ),
     ),
     "gym_gap": Told(
