@@ -1,5 +1,7 @@
 """At the start of each Python in Paddock's environment: which cv2 it imports, what if no screen.
 
+QtPy, which rqt_plot draws with, does not know the bindings by the names that ROS gives them.
+
 Programs of users get the system's cv2, which has windows. Paddock's own get that of .venv/opencv,
 which has none and is imported in a quarter of the time, with 80 MB less; so does whoever has no
 other. Nothing is imported here before a program asks for it.
@@ -22,6 +24,7 @@ WITHOUT_SCREEN = {
     "PySide2": ("QT_QPA_PLATFORM", "offscreen"),
     "pygame": ("SDL_VIDEODRIVER", "dummy"),
 }
+QT_API = {"pyqt": "pyqt5", "pyside": "pyside2"}  # of python_qt_binding -> of QtPy
 
 
 def has_screen():
@@ -50,9 +53,9 @@ def is_own():
 
 
 class Finder:
-    """Finds modules of WITHOUT_SCREEN and cv2, by asking the others; each once."""
+    """Finds modules of WITHOUT_SCREEN, qtpy and cv2, by asking the others; each once."""
 
-    wanted = {"cv2", *WITHOUT_SCREEN}
+    wanted = {"cv2", "qtpy", *WITHOUT_SCREEN}
 
     @classmethod
     def find_spec(cls, name, path=None, target=None):
@@ -60,6 +63,10 @@ class Finder:
         if name not in cls.wanted:
             return None
         cls.wanted.discard(name)
+        if name == "qtpy":
+            if os.environ.get("QT_API") in QT_API:
+                os.environ["QT_API"] = QT_API[os.environ["QT_API"]]
+            return None
         if name != "cv2":
             if not has_screen() and not is_own():
                 os.environ.setdefault(*WITHOUT_SCREEN[name])

@@ -85,6 +85,16 @@ def test_libraries_that_run_without_a_screen_do():
     assert start("-c", app) == "offscreen"
 
 
+@pytest.mark.parametrize("named, known", [("pyqt", "pyqt5"), ("pyside", "pyside2"), ("x", "x")])
+def test_qtpy_gets_the_binding_by_its_own_name(tmp_path, named, known):
+    """It refuses the name that python_qt_binding sets: rqt_plot ended."""
+    (tmp_path / "qtpy.py").write_text("import os; print(os.environ.get('QT_API'))")
+    path = f"{START}:{tmp_path}"
+    assert start("-c", "import qtpy", PYTHONPATH=path, QT_API=named) == known
+    without = "import os; os.environ.pop('QT_API', None); import qtpy"
+    assert start("-c", without, PYTHONPATH=path) == "None"
+
+
 class Cv2:
     """What of cv2 windows without a screen use."""
 
