@@ -158,6 +158,29 @@ def test_a_plugins_rate_leaves_out_images_that_come_too_soon(
     assert images_in_10_s(plugin_of(world, bot, spec)) == images
 
 
+@pytest.mark.parametrize("waits, limit, images", [(True, 0, 0), (True, 10.0, 0), (False, 0, 40)])
+def test_a_multicamera_waits_for_its_time_after_a_reset(topics, world, bot, waits, limit, images):
+    """gazebo_ros_multicamera compares with its last image's time; gazebo_ros_camera notices."""
+    spec = CameraSpec("c", "bumper", topic="/c", rate=20.0, plugin_rate=limit, waits=waits)
+    output = plugin_of(world, bot, spec)
+
+    def images_until(time):
+        output.schedule.check_subscribers(world.step_count)
+        before = len(output.context.cameras.requests)
+        while world.time < time - 1e-6:
+            world.step(1)
+            if output.schedule.due(world.step_count):
+                output.update(world.time, 0.0)
+        return len(output.context.cameras.requests) - before
+
+    assert images_until(2.0) > 10
+    world.start_over()
+    output.go_back(world.time)
+    assert images_until(1.99) == pytest.approx(images, abs=1)
+    assert images_until(3.0) > 9, "its time has come again"
+    output.close()
+
+
 def test_a_camera_takes_its_info_and_rate_from_services(topics, world, bot):
     spec = CameraSpec("c", "bumper", width=4, height=2, topic="/cam/image_raw", rate=30.0,
                       info_topic="/cam/camera_info", namespace="/cam", tunable=True,
@@ -247,12 +270,16 @@ def test_a_depth_cameras_rate_is_that_of_camera_info(topics, world, bot, tells, 
     """openni_kinect's; depth_camera of Melodic and Noetic advertises it and publishes none."""
     spec = DepthCameraSpec("d", "bumper", width=2, height=2, topic="/c", info_topic="/i",
                            depth_topic="/d", depth_info_topic="/di", points_topic="/p",
-                           rate=20.0, plugin_rate=limit, tells_info=tells)  # fmt: skip
+                           rate=20.0, plugin_rate=limit, tells_info=tells, waits=True)  # fmt: skip
     output = plugin_of(world, bot, spec)
     for time in (0.05, 0.1, 0.15, 0.2):
         output.publish_frame(Frame("d", time, 5, np.zeros((2, 2, 3), np.uint8), DEPTH))
     counts = {name: len(topics[name].messages) for name in ("/c", "/d", "/p", "/i", "/di")}
     assert counts == {"/c": 4, "/d": 4, "/p": 4, "/i": infos, "/di": infos}
+    output.go_back(0.0)
+    output.publish_frame(Frame("d", 0.1, 5, np.zeros((2, 2, 3), np.uint8), DEPTH))
+    assert len(topics["/i"].messages) == infos, "it waits for its time, which images do not"
+    assert len(topics["/c"].messages) == 5
 
 
 def test_cameras_of_one_name_have_separate_images(topics, world, bot):

@@ -13,6 +13,7 @@ from bullet_bridge import plugins  # noqa: F401  enters all plugins
 RESET = "its source has a Reset(), which both services call"
 WAITS = "no Reset(): it keeps the time of its last update and waits for it"
 NOTICES = "no Reset(): it notices that time went back, and begins anew"
+CAMERA = "no Reset(): it notices; that of a multicamera waits, by its specification"
 STEPS = "no Reset(), no time of its own: it does the same in each step, with what it was told"
 EITHER = "some of its sources have a Reset(), by its specification; the others wait"
 ONCE = "it prepares the model, again after a reset"
@@ -23,9 +24,9 @@ PLUGINS = {
     EITHER: "WheelDrivePlugin ManyWheelsPlugin",
     WAITS: "ForceMovePlugin ForceTorqueSensor ImuSensor ModelImuSensor PlanarMovePlugin "
     "TricyclePlugin",
-    NOTICES: "BlockLaserSensor CameraSensor CloudSensor DepthCameraSensor GroundTruthSensor "
-    "JointStatesSensor JointTransformsSensor LidarSensor PatternSensor RangeCameraSensor "
-    "RangeSensor RootTransformSensor TriggeredCameraSensor",
+    NOTICES: "BlockLaserSensor CloudSensor GroundTruthSensor JointStatesSensor "
+    "JointTransformsSensor LidarSensor PatternSensor RangeSensor RootTransformSensor",
+    CAMERA: "CameraSensor DepthCameraSensor RangeCameraSensor TriggeredCameraSensor",
     STEPS: "BuoyancyPlugin ContactSensor ForcePlugin GraspFixPlugin GripperPlugin HandOfGodPlugin "
     "HarnessPlugin JointPosesPlugin LiftDragPlugin LinkForceSensor VacuumGripperPlugin "
     "WheelSlipPlugin",
@@ -50,6 +51,8 @@ def test_each_plugin_does_what_its_source_does(name):
         assert resets
     elif how == EITHER:
         assert by_specification and waits
+    elif how == CAMERA:
+        assert waits and not (resets or OF_CLASS[name][0].waits)
     else:
         assert not (resets or by_specification) and waits == (how == WAITS)
 

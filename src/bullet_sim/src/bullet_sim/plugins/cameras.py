@@ -63,6 +63,8 @@ class CameraSpec(SensorSpec):
         intrinsics: of the image, which replace horizontal_fov there; camera_info has none of them.
         depth: its requests are for depths, too.
         save: folder to which each image is written; "": none is.
+        waits: after simulated time went back there is no image, of a Kinect no camera_info, until
+            its time of before has passed again.
     """
 
     width: int = 640
@@ -93,6 +95,7 @@ class CameraSpec(SensorSpec):
     samples: int = 4
     intrinsics: Intrinsics | None = None
     save: str = ""
+    waits: bool = False
     depth: ClassVar[bool] = False
 
 
@@ -376,7 +379,7 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
     if list(pair) == ["right", "left"]:
         left, right = pair["left"]["pose"], pair["right"]["pose"]
         pair["left"]["pose"], pair["right"]["pose"] = right, left
-    return [CameraSpec(**values) for values in pair.values()]
+    return [CameraSpec(**values, waits=True) for values in pair.values()]
 
 
 @sensor_plugin("gazebo_ros_triggered_camera", types=("camera",), rule=UTILS_OF_SENSORS)
@@ -448,10 +451,17 @@ class CameraSensor(Sensor):
         super().restart(time)
         self._taken = NEVER_TAKEN
 
+    def go_back(self, time: float) -> None:
+        """As restart(); one that waits keeps the time of its last image."""
+        taken = self._taken
+        super().go_back(time)
+        if self.spec.waits:
+            self._taken = taken
+
     def _passes(self, time: float) -> bool:
         """Whether the plugin's period has passed since the last time that it had."""
-        limit = self.spec.plugin_rate
-        if limit > 0.0 and not is_late_enough(time - self._taken, limit):
+        limit, since = self.spec.plugin_rate, time - self._taken
+        if since < 0.0 or (limit > 0.0 and not is_late_enough(since, limit)):
             return False
         self._taken = time
         return True

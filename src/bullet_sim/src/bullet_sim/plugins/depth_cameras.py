@@ -85,6 +85,7 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
         cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
         organized=is_kinect,
         tells_info=is_kinect,
+        waits=is_kinect,
         millimeters=is_true(xml.text("useDepth16UC1Format")),
     )
 
