@@ -97,6 +97,20 @@ def test_great_images_are_thinned_out(tmp_path):
     assert vertices[:, 2] == pytest.approx(np.full(len(vertices), 5.0))  # it is the brightest
 
 
+@pytest.mark.parametrize("count, sampling, side", [(600, 2, 1199), (600, 1, 600), (5000, 2, 4097)])
+def test_bodies_rest_on_all_points_of_great_images(tmp_path, count, sampling, side):
+    """As in Gazebo, up to MAX_GRID a side; a ridge of one pixel is where and as high as it is."""
+    gray = np.zeros((count, 3), np.uint8)
+    gray[301] = 255
+    path = tmp_path / "ridge.png"
+    Image.fromarray(gray).save(path)
+    heights = terrain.grid(str(path), (1.0, 1.0, 5.0), sampling)[:, 0]
+    assert len(heights) == side
+    high = np.flatnonzero(heights > 2.4)
+    assert heights.max() == pytest.approx(5.0, abs=0.01 if side < terrain.MAX_GRID else 2.5)
+    assert high.mean() / (side - 1) == pytest.approx(301 / (count - 1), abs=1.0 / side)
+
+
 def test_a_pixel_of_value_1_makes_white_the_full_height(tmp_path):
     """As in Gazebo 11.1: boxes on pixels of 196 of 255 of such an image rest at 3.1 of 4 m."""
     gray = np.array([[0, 1, 196], [0, 51, 199], [0, 0, 0]], np.uint8)

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 STRAIGHT = 0.97  # cosine of an angle beyond which a bend of a road is none
 STRIP = 256  # rows of an image that are read at once
-MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
+MAX_POINTS = 513  # per side of a heightmap as a mesh; larger ones are subsampled
+MAX_GRID = 4097  # per side of one on which bodies rest
 
 
 def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Array, Array]:
@@ -41,20 +42,20 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
-    return _surface(_heights(path, size, sampling), size)
+    return _surface(_heights(path, size, sampling, MAX_POINTS), size)
 
 
 def grid(path: str, size: Sequence[float], sampling: int) -> Array:
-    """Heights (rows, columns) [m] of heightmap(), in single precision as in Gazebo; the first row
-    is the one at +y."""
-    return _heights(path, size, sampling).astype(np.float32)
+    """Heights (rows, columns) [m] of heightmap(), in single precision as in Gazebo and with up to
+    MAX_GRID points a side; the first row is the one at +y."""
+    return _heights(path, size, sampling, MAX_GRID).astype(np.float32)
 
 
-def _heights(path: str, size: Sequence[float], sampling: int) -> Array:
-    """Heights (rows, columns) of a heightmap [m], see heightmap()."""
+def _heights(path: str, size: Sequence[float], sampling: int, most: int) -> Array:
+    """Heights (rows, columns) of a heightmap [m], at most so many a side, see heightmap()."""
     if elevation.is_elevation(path):
         found = elevation.read(path)
-        low, part = _points(found.side, sampling)
+        low, part = _points(found.side, sampling, most)
         rows = np.unique(np.concatenate((low, low + 1)))
         at = np.searchsorted(rows, low)
         raw = _between(_between(found.at(rows).astype(float), at, part, 0), at, part, 1)
@@ -63,7 +64,7 @@ def _heights(path: str, size: Sequence[float], sampling: int) -> Array:
         with opened(path) as image:
             if min(image.size) < 2:
                 raise ModelError(f"heightmap '{path}' has {image.size[0]} x {image.size[1]} pixels")
-            (low, part), across = _points(image.size[1], sampling), _points(image.size[0], sampling)
+            across, (low, part) = (_points(count, sampling, most) for count in image.size)
             rows = np.unique(np.concatenate((low, low + 1)))
             kept, top = _rows(image, rows)
         del image  # its pixels
@@ -114,7 +115,7 @@ def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:
 def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Array]:
     """A heightmap to be seen: corners (N, 8) with smooth normals and texture coordinates from its
     lower left corner (0, 0) to its upper right one (1, 1), and triangles, see heightmap()."""
-    heights = _heights(path, size, sampling)
+    heights = _heights(path, size, sampling, MAX_POINTS)
     vertices, faces = _surface(heights, size)
     rows, columns = heights.shape
     down, right = np.gradient(heights, size[1] / (rows - 1), size[0] / (columns - 1))
@@ -126,11 +127,11 @@ def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Arra
     return corners, faces
 
 
-def _points(count: int, sampling: int) -> tuple[Array, Array]:
-    """`sampling` points for each of `count` along a side, at most MAX_POINTS: the one before each,
-    and how far behind that it is."""
-    factor = min(max(sampling, 1), max((MAX_POINTS - 1) // (count - 1), 1))
-    points = min((count - 1) * factor + 1, MAX_POINTS)
+def _points(count: int, sampling: int, most: int) -> tuple[Array, Array]:
+    """`sampling` points for each of `count` along a side, but not more than `most` in all: the one
+    before each, and how far behind that it is."""
+    factor = min(max(sampling, 1), max((most - 1) // (count - 1), 1))
+    points = min((count - 1) * factor + 1, most)
     at = np.linspace(0.0, count - 1.0, points)
     low = np.minimum(at.astype(int), count - 2)
     return low, at - low
