@@ -872,6 +872,7 @@ def four_bars(base, last):
     )
 
 
+SLIPS = "<ode><mu>0.4</mu><mu2>0.3</mu2><slip1>0.1</slip1><slip2>0.03</slip2></ode>"
 RING = pinned("ring", "rocker", "coupler", "0.5 0 0.05")
 FREE = body("post", "0 0 1 0 0 0", "", 5.0, 0.1)
 CRANK_AND_SLIDER = (
@@ -923,6 +924,22 @@ MODELS = {
     "bounce of a slider": (bouncing("prismatic", "0 0 -1"), ()),
     "no bounce at a lower limit": (bouncing("prismatic", "0 0 1"), ()),
     "motors of joints": (swinging("<max_force>3</max_force><velocity>-0.5</velocity>"), ()),
+    "boxes that slip on four contacts each": (
+        (
+            body("a", "0 0 0.1 0 0 0.3", CUBE, 2.0)
+            + body("b", "0.5 0.1 0.1 0 0 0.1", CUBE, 3.0)
+            + connected("push", "prismatic", "a", "b", "<xyz>1 0.2 0</xyz>")
+        ).replace("</geometry>", "</geometry>" + surface(friction=SLIPS)),
+        ((50, "push", "effort", 8.0, 0),),
+    ),
+    "motors beyond the largest velocity of a correction": (
+        POST
+        + body("one", "0 0.5 1 0 0 0", "", 0.5)
+        + body("two", "0 -0.5 1 0 0 0", "", 0.5, center="0.02 0 0")
+        + connected("one_joint", "revolute", "post", "one")
+        + connected("two_joint", "revolute", "post", "two"),
+        ((50, "one_joint", "velocity", 150.0, 50.0), (50, "two_joint", "velocity", -150.0, 50.0)),
+    ),
     "four bars": (four_bars(POST, RING), ()),
     "four bars, put to a position": (four_bars(POST, RING), ((100, "low", "position", 0.2, 0),)),
     "four bars that fall, pushed": (four_bars(FREE, RING), ((0, "low", "effort", 0.5, 0),)),

@@ -58,7 +58,7 @@ class EffortRow:
 
     @property
     def applied(self) -> float:
-        """What of it was within the bounds."""
+        """What of it acted: within the bounds and as law.truncated() lets it."""
         return self.numbers[col.PID_APPLIED]
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -163,14 +163,20 @@ class Mimics(Stateful):
     Args:
         mimics: Mimics of the description by the name of the joint that follows.
         inertias: joint name -> inertia that its effort moves [kg m^2, kg].
+        fastest: function -> speed up to which a motor follows [rad/s, m/s].
     """
 
     STATE = ("_targets", "_pids")
+    CACHE = ("_fastest",)
 
     def __init__(
-        self, joints: Joints, mimics: Mapping[str, Mimic], inertias: Mapping[str, float]
+        self,
+        joints: Joints,
+        mimics: Mapping[str, Mimic],
+        inertias: Mapping[str, float],
+        fastest: Callable[[], float] = lambda: math.inf,
     ) -> None:
-        self._joints = joints
+        self._joints, self._fastest = joints, fastest
         known = set(joints.names)
         self._targets: dict[str, float] = {}  # of the last step
         self._pids: dict[str, Pid] = {}  # of joints that have one
@@ -202,7 +208,7 @@ class Mimics(Stateful):
 
     def update(self, period: float) -> None:
         """Drive the joints for a step of this length [s]."""
-        positions, _ = self._joints.state()
+        (positions, _), fastest = self._joints.state(), self._fastest()
         for name, mimic, limits, effort, braking in self._following:
             if name in self._pids:
                 error = positions[mimic.joint] * mimic.multiplier + mimic.offset - positions[name]
@@ -218,4 +224,5 @@ class Mimics(Stateful):
             if abs(error) >= mimic.sensitiveness:
                 close = min(_FRACTION * abs(error) / period, math.sqrt(2.0 * braking * abs(error)))
                 speed = followed + math.copysign(close, error)
-            self._joints.set_motor(name, limits.velocity(speed), effort)
+            speed = min(max(limits.velocity(speed), -fastest), fastest)
+            self._joints.set_motor(name, speed, effort)

@@ -14,7 +14,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.collisions import collision_names
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.mirrors import mirrored_links, visual_links
-from bullet_sim.description.model import Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import WORLD_LINK, Joint, Link, ModelDescription, Shape
 from bullet_sim.engine.api import Body, Engine
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
@@ -127,11 +127,12 @@ class Model:
         )
         self._load()
         self.bodies = self._bodies()
+        self._carried = self._frame_on_link()
         self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
         self.joints = Joints(self.body, lumped.joints)
         mimics = {joint.name: joint.mimic for joint in lumped.joints if joint.mimic}
         inertias = joint_inertias(lumped, description.fixed_base, mimics)
-        self.mimics = Mimics(self.joints, mimics, inertias)
+        self.mimics = Mimics(self.joints, mimics, inertias, self._fastest)
         self.manager = (
             None if description.control_namespace is None else Manager(self.joints, description)
         )
@@ -233,7 +234,9 @@ class Model:
         if described.is_empty:
             return ()
         if not described.is_urdf:
-            return tuple(described.links)
+            world = described.links.get(WORLD_LINK)  # of joints, where no link has that name
+            is_none = world is not None and world.mass == 0.0
+            return tuple(name for name in described.links if name != WORLD_LINK or not is_none)
         held: set[str] = {"world"} if described.fixed_base else set()
         remaining = self._lumped.links
         merged = {
@@ -249,6 +252,19 @@ class Model:
             elif part not in merged:
                 names.append(part)
         return tuple(dict.fromkeys(names))
+
+    def _fastest(self) -> float:
+        """Speed up to which motors follow [rad/s, m/s]."""
+        settings = self.engine.settings
+        return math.inf if settings is None else settings.max_speed
+
+    def _frame_on_link(self) -> tuple[str, Pose] | None:
+        """Where joints move a model against the world: its first link, with which the model's frame
+        goes as in Gazebo, and that frame in it; None: the frame goes with the root link."""
+        if self.root != WORLD_LINK or self.is_static or self.engine.settings is None:
+            return None
+        link = next(iter(self.bodies), WORLD_LINK)
+        return link, self.description.poses()[link].inverse()
 
     def stays(self, joint: str) -> bool:
         """Whether a joint is one in Gazebo: sdformat merges the links of a URDF's fixed ones."""
@@ -337,6 +353,9 @@ class Model:
 
     def _told_pose(self) -> Pose:
         """World pose of the model's frame, as it is told."""
+        if self._carried is not None:
+            link, frame = self._carried
+            return self.link_state(link)[0] * frame
         frame = Pose(*self.body.pose())
         return frame * self._told_from_frame() if self._told else frame
 
@@ -392,14 +411,15 @@ class Model:
 
     def motion(self) -> Motion:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
-        _, _, linear, angular = self.link_motion(self.description.root)
+        carrier = self.description.root if self._carried is None else self._carried[0]
+        _, _, linear, angular = self.link_motion(carrier)
         pose = self._told_pose()
         return pose.position, pose.orientation, linear, angular
 
     def recorded_motions(self) -> list[Any] | None:
         """As motion() and body_motions(), after each recorded step; None: there are none."""
         links = [self.root, self.description.root, *self.bodies]
-        found = [] if self._told else list(map(self.recorded_motion, links))
+        found = [] if self._told or self._carried else list(map(self.recorded_motion, links))
         if not found or any(motion is None for motion in found):
             return None
         frame, root, *bodies = found
@@ -413,6 +433,8 @@ class Model:
     ) -> None:
         """Put the root link's frame at a world pose with a velocity (world axes).
 
+        Joints that move the model against the world pull its links back, as in Gazebo.
+
         Raises:
             ModelError: a number is NaN, infinite or out of bounds.
         """
@@ -422,12 +444,19 @@ class Model:
             )
         self._check_velocity(linear, angular)
         pose = pose.normalized()
+        self.times_moved += 1
+        if self._carried is not None:
+            moved = pose * self.pose.inverse()
+            parts = [part for part in self.rigid_parts if part != WORLD_LINK]
+            for part, frame in [(part, Pose(*self.body.link_motion(part)[:2])) for part in parts]:
+                self.body.place_link(part, moved * frame, linear, angular)
+            self._moved.update(parts)
+            return
         there = pose * self._told_from_frame().inverse()
         self.body.set_pose(there.position, there.orientation)
         if not self.is_static:
             self.body.set_velocity(linear, angular)
         self.placed = (pose, linear, angular)
-        self.times_moved += 1
 
     def set_link_state(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """Put one link to a world pose with a velocity of its center of mass (world axes), as

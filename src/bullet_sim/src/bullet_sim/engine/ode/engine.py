@@ -109,6 +109,7 @@ class OdeEngine:
         numbers = self._numbers
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
         numbers[q.S_CFM], numbers[q.S_RESCALE] = settings.cfm, float(settings.evens_inertias)
+        numbers[q.S_MAX] = settings.max_speed
 
     def set_solver_iterations(self, count: int) -> None:
         """See api.Engine."""

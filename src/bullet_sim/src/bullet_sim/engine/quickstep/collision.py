@@ -122,13 +122,15 @@ def find_contacts(
         if n + 16 > len(rows):
             break
         s, b, other = pairs[i, 0], pairs[i, 1], pairs[i, 2]
-        body = scene.kinds[s, 0]
+        body, first = scene.kinds[s, 0], n
         if b < 0:
             n = plane_contacts(n, Pair(s, body, scene.planes, -1 - b), scene, table)
-            continue
-        first = n
-        n = _solid_contacts(n, Pair(s, body, scene.faces, b), scene, table)
-        if other < 0:
+        else:
+            n = _solid_contacts(n, Pair(s, body, scene.faces, b), scene, table)
+        for j in range(first, n):  # of the pair: each has its part of the force
+            for k in range(2):
+                rows[j, col.C_SLIP + k] *= n - first
+        if b < 0 or other < 0:
             continue
         for j in range(first, n):
             contacts.owners[j, 1] = other

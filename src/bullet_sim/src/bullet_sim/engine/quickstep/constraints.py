@@ -315,7 +315,7 @@ def _joint_rows(
         m = _line_rows(gain, m, ends, a2, across, bodies, rows)
     for i in range(first, m):
         row = rows[i]
-        row[col.R_MAX], row[col.R_CFM] = col.INFINITE, softness
+        row[col.R_CFM] = softness
         row[col.R_LOW], row[col.R_HIGH], links[i, 2] = -col.INFINITE, col.INFINITE, col.BILATERAL
     if kind != col.FIXED:
         m = _limit_row(step, softness, m, j, ax1, system, constraints)
@@ -372,7 +372,7 @@ def _limit_row(
         cross(arm, axis, row[col.R_J + 3 : col.R_J + 6])
         for k in range(3):
             row[col.R_J + 9 + k] = row[col.R_J + 3 + k]
-    row[col.R_MAX], row[col.R_CFM] = col.INFINITE, cfm
+    row[col.R_CFM] = cfm
     row[col.R_LOW], row[col.R_HIGH], links[m, 2] = -col.INFINITE, col.INFINITE, col.BILATERAL
     if damped:  # a limit at both sides that yields as a spring and a damper do
         row[col.R_C] = -joint[col.STIFFNESS] / softness * (position - joint[col.AT_REST])

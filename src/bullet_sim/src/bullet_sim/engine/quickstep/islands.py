@@ -140,7 +140,10 @@ def _relax(
             scale *= col.FRICTION_SCALE
         wanted = row[col.R_C]
         row[col.R_RHS2] = (wanted / step - total) * scale
-        row[col.R_RHS] = (min(wanted, row[col.R_MAX]) / step - total) * scale
+        most = settings[col.S_MAX] if links[i, 2] == col.BILATERAL else row[col.R_MAX]
+        if abs(wanted) > most:  # a joint's or a motor's, too, and of one backwards, as in ODE
+            wanted = most
+        row[col.R_RHS] = (wanted / step - total) * scale
         row[col.R_CFM] = scale * softness
         for k in range(12):
             row[col.R_J + k] *= scale

@@ -227,7 +227,7 @@ def effort_of(row: Any, position: float, velocity: float, period: float) -> floa
         position, velocity, row[col.PID_LIMIT], lower, upper, speed, row[col.PID_SOFT_MIN],
         row[col.PID_SOFT_MAX], row[col.PID_K_POSITION], row[col.PID_K_VELOCITY],
     )  # fmt: skip
-    row[col.PID_APPLIED] = within(row[col.PID_OUTPUT], low, high)
-    return truncated(
-        row[col.PID_APPLIED], velocity, row[col.PID_TOP_SPEED], row[col.PID_TOP_EFFORT]
-    )
+    within_limits = within(row[col.PID_OUTPUT], low, high)
+    applied = truncated(within_limits, velocity, row[col.PID_TOP_SPEED], row[col.PID_TOP_EFFORT])
+    row[col.PID_APPLIED] = applied
+    return applied

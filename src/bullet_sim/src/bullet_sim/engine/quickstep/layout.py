@@ -118,8 +118,9 @@ PID_OUTPUT, PID_APPLIED, PID_SIZE = 28, 29, 30
 GOAL_POSITION, GOAL_VELOCITY, GOAL_EFFORT = range(3)  # what errors are of; an effort, no PID
 GOALS = {"position": GOAL_POSITION, "velocity": GOAL_VELOCITY, "": GOAL_EFFORT}
 # settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of
-# joints, whether the inertias of hinged bodies are moved closer to each other
-S_RELAXATION, S_ERP, S_CFM, S_RESCALE, S_SIZE = 0, 1, 2, 3, 4
+# joints, whether the inertias of hinged bodies are moved closer to each other, largest velocity of
+# a joint's rows
+S_RELAXATION, S_ERP, S_CFM, S_RESCALE, S_MAX, S_SIZE = 0, 1, 2, 3, 4, 5
 
 # groups of islands: the first row, the first place in the sequence of bodies, the first number of
 # their blocks, the number of blocks before the first, up to the joints' last, the normals' last and

@@ -137,6 +137,6 @@ def gear_row(
     error = joint[col.ANGLE] + ratio * joint[col.GEAR_ANGLE]
     error -= 2.0 * math.pi * math.floor(error / (2.0 * math.pi) + 0.5)
     row[col.R_C] = -gain * error
-    row[col.R_MAX], row[col.R_CFM] = col.INFINITE, softness
+    row[col.R_CFM] = softness
     row[col.R_LOW], row[col.R_HIGH] = -col.INFINITE, col.INFINITE
     links[m, 0], links[m, 1], links[m, 2], links[m, 3], links[m, 4] = one, two, col.BILATERAL, j, 0
