@@ -872,7 +872,6 @@ def four_bars(base, last):
     )
 
 
-SLIPS = "<ode><mu>0.4</mu><mu2>0.3</mu2><slip1>0.1</slip1><slip2>0.03</slip2></ode>"
 RING = pinned("ring", "rocker", "coupler", "0.5 0 0.05")
 FREE = body("post", "0 0 1 0 0 0", "", 5.0, 0.1)
 CRANK_AND_SLIDER = (
@@ -924,14 +923,6 @@ MODELS = {
     "bounce of a slider": (bouncing("prismatic", "0 0 -1"), ()),
     "no bounce at a lower limit": (bouncing("prismatic", "0 0 1"), ()),
     "motors of joints": (swinging("<max_force>3</max_force><velocity>-0.5</velocity>"), ()),
-    "boxes that slip on four contacts each": (
-        (
-            body("a", "0 0 0.1 0 0 0.3", CUBE, 2.0)
-            + body("b", "0.5 0.1 0.1 0 0 0.1", CUBE, 3.0)
-            + connected("push", "prismatic", "a", "b", "<xyz>1 0.2 0</xyz>")
-        ).replace("</geometry>", "</geometry>" + surface(friction=SLIPS)),
-        ((50, "push", "effort", 8.0, 0),),
-    ),
     "motors beyond the largest velocity of a correction": (
         POST
         + body("one", "0 0.5 1 0 0 0", "", 0.5)

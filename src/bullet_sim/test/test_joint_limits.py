@@ -90,7 +90,7 @@ def test_gains_of_gazebo_ros_control_are_bounded_by_the_effort_and_by_gazebo():
     handle.position = 2.1
     assert limited_effort(handle) == (5.0, 5.0)
     handle.velocity = 3.1
-    assert limited_effort(handle) == (5.0, 0.0)
+    assert limited_effort(handle) == (0.0, 0.0)  # and is told so
 
 
 def test_a_continuous_joint_has_no_limits_in_gazebo():
