@@ -308,7 +308,8 @@ class GazeboHost:
                 self._static[model] = model.pose
 
     def _place(self, model: Model) -> None:
-        self._library.place(model.name.encode(), _numbers(model.pose).ctypes.data)
+        numbers = _numbers(model.pose)
+        self._library.place(model.name.encode(), numbers.ctypes.data)
 
     def _use_arrays(self) -> None:
         """Tell where the rows of links and joints are, after the arrays were built."""
@@ -338,8 +339,8 @@ class GazeboHost:
             part, offset = model.link_in_body(link)
             row = rows.get((model.body.number, part), -1)
             frame = offset if row < 0 else Pose(self._arrays.inward[row]) * offset
-            numbers = _numbers(frame).ctypes.data
-            library.bind_link(name, link.encode(), row, numbers, part == link)
+            numbers = _numbers(frame)
+            library.bind_link(name, link.encode(), row, numbers.ctypes.data, part == link)
         for joint in texts.joints_of(model):
             if joint.name in model.body.joints:
                 row = self._engine.bodies[model.body.number].motor(joint.name).row

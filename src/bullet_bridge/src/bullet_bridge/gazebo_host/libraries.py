@@ -109,6 +109,7 @@ class HostLibrary:
         if not path:
             raise SimError(f"{HOST} is in no folder of CMAKE_PREFIX_PATH: {MISSING}")
         self._folder = os.path.dirname(path)
+        self._loaded: list[ctypes.CDLL] = []  # whose functions live as long as they do
         self._enter(path, _ARGUMENTS)
 
     def _enter(self, path: str, functions: dict[str, tuple[Any, list[Any]]]) -> None:
@@ -116,6 +117,7 @@ class HostLibrary:
             library = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
         except OSError as error:
             raise SimError(f"{path} cannot be loaded: {error}") from error
+        self._loaded.append(library)
         for name, (result, arguments) in functions.items():
             function = getattr(library, f"paddock_{name}")
             function.restype, function.argtypes = result, arguments
