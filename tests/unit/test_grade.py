@@ -35,9 +35,15 @@ print(json.dumps({
 """
 
 
+# Takes other /proc away, as a machine without chroots has none, in mounts of its own.
+ALONE = """awk '$3 == "proc" && $2 != "/proc" {print $2}' /proc/mounts | xargs -r umount -l; exec "$@"
+"""
+
+
 def world():
     """Words before the command of a world."""
-    return [*mounted_root.words("/"), *grade.WORLD]
+    alone = ["unshare", "--mount", "sh", "-c", ALONE, "sh"] if os.geteuid() == 0 else []
+    return [*mounted_root.words("/"), *alone, *grade.WORLD]
 
 
 def test_a_driver_sees_the_system_paddock_and_itself_alone(tmp_path, monkeypatch):
