@@ -152,7 +152,7 @@ class Services(unittest.TestCase):
         time = Time(topics=[models.topic])
         models.clear()
         time.go(1.0)
-        self.assertAlmostEqual(len(models.wait_count(900)), 1000, delta=60)  # one a step
+        self.assertAlmostEqual(len(models.wait_count(940)), 1000, delta=60)  # one a step
         time.close()
         begin = metrics.next().header.stamp
         metrics.clear()
