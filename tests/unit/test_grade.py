@@ -36,8 +36,8 @@ print(json.dumps({
 
 
 # Takes other /proc away, as a machine without chroots has none, in mounts of its own.
-ALONE = """awk '$3 == "proc" && $2 != "/proc" {print $2}' /proc/mounts | xargs -r umount -l; exec "$@"
-"""
+OTHERS = """awk '$3 == "proc" && $2 != "/proc" {print $2}' /proc/mounts"""
+ALONE = OTHERS + ' | xargs -r umount -l; exec "$@"'
 
 
 def world():

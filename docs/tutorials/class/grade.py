@@ -31,7 +31,7 @@ ANSWER = "/racecar/left_steering_hinge_position_controller/command"  # the last 
 COLUMNS = ("name", "outcome", "marks", "lap_time", "penalty", "said")
 HERE = Path(__file__).resolve().parent
 WORLD = "bwrap --die-with-parent --unshare-net --unshare-pid --dev-bind / / --proc /proc".split()
-if os.geteuid() == 0:  # whose /proc bwrap covers in part, and DRIVER's is only allowed below a whole one
+if os.geteuid() == 0:  # whose /proc bwrap covers in part; DRIVER's needs a whole one above it
     WORLD += ["sh", "-c", 'mount -t proc proc /proc && exec "$@"', "sh"]
 DRIVER = "bwrap --die-with-parent --unshare-all --share-net --uid 65534 --gid 65534 --clearenv"
 PROGRAMS = ("/bin", "/lib", "/lib64", "/sbin", "/usr", "/opt/ros")
