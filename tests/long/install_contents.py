@@ -12,6 +12,8 @@ NO_DATA_FOLDERS = {
     "__pycache__",
     ".pytest_cache",
     "docs",
+    "env-hooks",  # these two have places of their own: see test_install_space.py
+    "include",
     "nodes",
     "packaging",
     "scripts",

@@ -93,6 +93,20 @@ class InstalledFiles(unittest.TestCase):
             )
             self.assertEqual(missing, [], package)
 
+    def test_hooks_of_setup_bash_are_installed(self):
+        hooks = [path for folder in self.packages.values() for path in folder.glob("env-hooks/*")]
+        self.assertTrue(hooks)
+        for path in hooks:
+            name = path.name[: -len(".in")] if path.suffix == ".in" else path.name
+            self.assertTrue((self.prefix / "etc/catkin/profile.d" / name).is_file(), path)
+
+    def test_headers_are_installed(self):
+        folders = [folder / "include" for folder in self.packages.values()]
+        headers = [path.relative_to(each) for each in folders for path in each.rglob("*.h*")]
+        self.assertTrue(headers)
+        missing = [path for path in headers if not (self.prefix / "include" / path).is_file()]
+        self.assertEqual(missing, [])
+
     def test_nodes_and_scripts_are_installed_to_be_run_by_env(self):
         for package, folder in self.packages.items():
             for name in executables(folder):
