@@ -97,14 +97,12 @@ class Scan : public MultiRayShape {
     const Pose3d pose = collisionParent->GetLink()->WorldPose();
     const double near = GetMinRange(), far = GetMaxRange();
     std::vector<double> along;
-    std::vector<Vector3d> starts;
     bool together = true;  // all begin on a sphere around the sensor
     for (const auto &ray : rays) {
       Vector3d start, end;
       ray->RelativePoints(start, end);
       const Vector3d unit = (end - start).Normalized(), turned = pose.Rot().RotateVector(unit);
       along.insert(along.end(), {turned.X(), turned.Y(), turned.Z()});
-      starts.push_back(pose.CoordPositionAdd(start));
       together = together && (start - unit * near - offset.Pos()).Length() < 1e-9;
     }
     if (together) {
@@ -112,9 +110,11 @@ class Scan : public MultiRayShape {
       return;
     }
     std::vector<double> lengths;
-    for (size_t i = 0; i < rays.size(); ++i)
-      lengths.push_back(
-          cast(starts[i], {&along[3 * i], &along[3 * i] + 3}, 0.0, far - near)[0]);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      Vector3d start, end;
+      rays[i]->GlobalPoints(start, end);
+      lengths.push_back(cast(start, {&along[3 * i], &along[3 * i] + 3}, 0.0, far - near)[0]);
+    }
     SetLengths(lengths, 0.0);
   }
 

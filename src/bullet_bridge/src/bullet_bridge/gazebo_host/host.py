@@ -274,7 +274,7 @@ class GazeboHost:
                 if full in wanted or names == "*":
                     own.setdefault(model.link_in_body(link)[0], set()).add(full)
             for link, monitored in own.items():
-                yield ContactReader(self.world, model, link, monitored)
+                yield ContactReader(self.world, model, link, monitored, tells_back=True)
 
     # What Gazebo's world has --------------------------------------------------------------------
     def _synchronize(self) -> None:

@@ -61,7 +61,7 @@ class ContactPair(NamedTuple):
         positions, normals: (3,) of each contact in the world [m].
         depths: of each contact [m].
         back: (n, 6) wrenches on the second shape's link about its center of mass, in its axes;
-            None: one of the two never moves.
+            None: one of the two never moves, or the reader does not tell them.
     """
 
     time: float
@@ -81,10 +81,19 @@ class ContactReader:
     Args:
         model, link: whose.
         monitored: names of the shapes, model::link::collision.
+        tells_back: also the wrenches on the second shapes, which a bumper does not have.
     """
 
-    def __init__(self, world: Any, model: Model, link: str, monitored: set[str]) -> None:
+    def __init__(
+        self,
+        world: Any,
+        model: Model,
+        link: str,
+        monitored: set[str],
+        tells_back: bool = False,
+    ) -> None:
         self._world, self._model, self._monitored = world, model, monitored
+        self._tells_back = tells_back
         self._part = model.link_in_body(link)[0]
         self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
 
@@ -142,8 +151,8 @@ class ContactReader:
         forces = pushes * np.array([contact.force for contact in contacts])
         positions = np.array([contact.position for contact in contacts])
         wrenches = self._wrenches(first, pushed, positions, forces)
-        back = None
-        if pushed is first and second[0] is not None and not second[0].is_static:
+        back, model = None, second[0]
+        if self._tells_back and pushed is first and model is not None and not model.is_static:
             back = self._wrenches(second, second, positions, -forces)
         return ContactPair(
             time,
