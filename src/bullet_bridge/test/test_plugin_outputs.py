@@ -258,6 +258,25 @@ def test_an_offset_of_hectors_imu_turns_from_the_left(topics, world, cart):
 
 
 @pytest.mark.parametrize(
+    "spec",
+    [
+        BiasedImuSpec("d", "base", rate=100.0, gyro=ErrorModel(drift=(0.3,) * 3)),
+        MagneticSpec("d", "base", rate=100.0, errors=ErrorModel(drift=(0.3,) * 3)),
+        GpsSpec("d", "base", rate=100.0, velocity_errors=ErrorModel(drift=(0.3,) * 3)),
+    ],
+    ids=lambda spec: type(spec).__name__,
+)
+def test_a_drift_does_not_jump_when_nobody_subscribed_for_an_hour(topics, world, cart, spec):
+    """hector's sensors measure meanwhile; in one step of an hour it would be 25."""
+    output = made(spec, world, cart)
+    output.restart_errors()
+    (drifting,) = (errors for errors in output.errors if any(errors.spec.drift))
+    before = np.array(drifting.drift)
+    output.update(world.time + 3600.0, 0.0)
+    assert 0.0 < np.abs(drifting.drift - np.exp(-1.0) * before).max() < 0.1
+
+
+@pytest.mark.parametrize(
     "spec, namespaces",
     [
         (BiasedImuSpec("i", "base"), ("/imu/accel", "/imu/rate", "/imu/yaw")),

@@ -154,6 +154,36 @@ def test_a_world_with_a_state_starts_there_and_is_reset_to_its_poses(world):
     assert world.model("a").pose.position == (1, 0, 0)
 
 
+def test_a_state_inserts_and_deletes_models_and_lights(world):
+    """As Gazebo 11.1 was seen to do: it inserts unless the name is taken, moves, then deletes."""
+
+    def model(name, x, y):
+        pose = f"<pose>{x} {y} 1 0 0 0</pose>"
+        return f'<model name="{name}"><static>1</static>{pose}<link name="l"/></model>'
+
+    def light(name, z):
+        return f'<light name="{name}" type="point"><pose>0 0 {z} 0 0 0</pose></light>'
+
+    inserted = model("new", 4, 0) + model("swap", 1, 5) + model("twice", 2, 5) + light("more", 7)
+    described = sdf.parse_world(
+        '<sdf version="1.6"><world name="w">'
+        + "".join(model(name, x, 0) for x, name in enumerate(("gone", "swap", "twice")))
+        + light("lamp", 3)
+        + light("sun", 9)
+        + '<state world_name="w"><model name="new"><pose>9 9 9 0 0 0</pose></model><insertions>'
+        + f"{inserted + light('sun', 1)}</insertions><deletions><name>gone</name><name>swap</name>"
+        "<name>lamp</name><name>nothing</name></deletions></state></world></sdf>",
+        str,
+    )
+    lights = [(light.name, light.position[2]) for light in described.scene.lights]
+    assert lights == [("sun", 9), ("more", 7)]
+    world.load(described)
+    found = {name: model.pose.position for name, model in world.models.items()}
+    assert found == {"twice": (2, 0, 1), "new": (9, 9, 9)}
+    world.reset_models()
+    assert world.model("new").pose.position == (4, 0, 1)
+
+
 def started(model, state):
     """A world that starts with a model and a <state> of it, after 50 steps, and the model."""
     text = (

@@ -77,10 +77,14 @@ class TunedSensor(Sensor):
         for errors in self.errors:
             errors.restart(self.rng)
 
-    def elapsed(self, time: float) -> float:
-        """Time since the last measurement, or the reset [s]."""
-        before, self._measured = self._measured, time
-        return time - before
+    def elapsed(self, time: float) -> tuple[float, int]:
+        """Time since the last measurement, or the reset, as a period [s] and a number of them.
+
+        More than one: nobody had subscribed.
+        """
+        elapsed, self._measured = time - self._measured, time
+        times = max(1, round(elapsed * self.nominal_rate))
+        return elapsed / times, times
 
     def tuned(self) -> dict[str, SensorErrors]:
         """Namespace -> errors whose parameters can be changed below it."""

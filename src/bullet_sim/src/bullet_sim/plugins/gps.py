@@ -181,13 +181,14 @@ class GpsSensor(TunedSensor):
         self.call(change)
 
     def update(self, time: float, period: float) -> None:
-        elapsed = self.elapsed(time)
+        period, times = self.elapsed(time)
         position, _, linear, _ = self.sensor_motion()
         of_position, of_velocity = self.errors
-        u, v, w = of_velocity.measured(linear, elapsed, self.rng)
-        fix = of_position.measured(position, elapsed, self.rng)
+        u, v, w = of_velocity.measured(linear, period, times, self.rng)
+        fix = of_position.measured(position, period, times, self.rng)
         a, b, c = of_velocity.drift  # which the position's drift adds up
         x, y, z = of_position.drift
+        elapsed = period * times
         of_position.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
         place = inertial.fix(fix, self._reference, self._meters)
         self._sender.send(time, place, self._status, of_position.spec)
@@ -219,5 +220,5 @@ class MagneticSensor(TunedSensor):
     def measure(self, time: float) -> Any:
         pose, _, _ = self.sensor_state()
         true = (pose.matrix.T @ self._field).tolist()
-        elapsed = self.elapsed(time)
-        return (self.errors[0].measured((true[0], true[1], true[2]), elapsed, self.rng),)
+        period, times = self.elapsed(time)
+        return (self.errors[0].measured((true[0], true[1], true[2]), period, times, self.rng),)

@@ -575,12 +575,12 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
 
     def measure(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As an ImuSensor, with the biases, which also tilt and turn the orientation."""
-        spec, period = self.spec, self.elapsed(time)
+        spec, (period, times) = self.spec, self.elapsed(time)
         orientation, rate, force = self._ideal(time)
         of_force, of_rate, of_heading = self.errors
-        force = of_force.measured(force, period, self.rng)
-        rate = of_rate.measured(rate, period, self.rng)
-        of_heading.measured(ZERO, period, self.rng)
+        force = of_force.measured(force, period, times, self.rng)
+        rate = of_rate.measured(rate, period, times, self.rng)
+        of_heading.measured(ZERO, period, times, self.rng)
         tilting = of_force.bias
         gravity = math.hypot(*self.world.gravity)
         if gravity != self._gravity:

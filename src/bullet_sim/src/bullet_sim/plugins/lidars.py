@@ -500,10 +500,10 @@ class RangeSensor(RaysSensor, TunedSensor):
         return {self.spec.topic: self.errors[0]} if self.spec.tunable else {}
 
     def measure(self, time: float) -> Any:
-        spec, ranges, elapsed = self.spec, self._scan(), self.elapsed(time)
+        spec, ranges, (period, times) = self.spec, self._scan(), self.elapsed(time)
         minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         if minimum < spec.range_max:
-            minimum = self.errors[0].measured((minimum,) * 3, elapsed, self.rng)[0]
+            minimum = self.errors[0].measured((minimum,) * 3, period, times, self.rng)[0]
             lowest = spec.range_min if spec.limited else -math.inf
             minimum = float(np.clip(minimum, lowest, spec.range_max))
         return ((minimum,),)

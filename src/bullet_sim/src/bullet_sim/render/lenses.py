@@ -99,6 +99,7 @@ SIDES = (
     (0.0, QUARTER, 0.0),
     (0.0, 0.0, 2.0 * QUARTER),
 )
+RIM = 0.02  # half widths of the image over which its visible circle fades to black
 MARGIN = 2  # [px] that a side's image extends beyond its edge, for what lies between two pixels
 _INVERSE: dict[str, Callable[[Array], Array]] = {
     "tan": np.arctan,
@@ -121,14 +122,41 @@ def directions(width: int, height: int, lens: Lens) -> Array:
     right = (columns - (width - 1) / 2.0) / (width / 2.0)
     down = (rows - (height - 1) / 2.0) / (width / 2.0)
     radius = np.hypot(right, down)
-    focal = lens.f
-    if lens.scaled:
-        focal = 1.0 / (lens.c1 * _FUNCTION[lens.function](lens.fov / 2.0 / lens.c2 + lens.c3))
+    focal = _focal(lens)
     with np.errstate(invalid="ignore"):
         theta = lens.c2 * (_INVERSE[lens.function](radius / (lens.c1 * focal)) - lens.c3)
     theta = np.where((theta >= 0.0) & (theta <= min(lens.cutoff, math.pi)), theta, np.nan)
     aside = np.sin(theta) / np.maximum(radius, 1e-12)
     return np.stack([np.cos(theta), -aside * right, -aside * down], axis=2)
+
+
+def _focal(lens: Lens) -> float:
+    """Focal length in half widths of the image."""
+    if not lens.scaled:
+        return lens.f
+    return 1.0 / (lens.c1 * _FUNCTION[lens.function](lens.fov / 2.0 / lens.c2 + lens.c3))
+
+
+@lru_cache(maxsize=8)
+def fading(width: int, height: int, lens: Lens) -> Array:
+    """Factor of the colors of each pixel of a lens: 1, down to 0 at the rim of its circle.
+
+    As Gazebo Classic 11's wide_lens_map_fp.glsl.
+
+    Args:
+        width, height: [px].
+
+    Returns:
+        (H, W, 1) float32.
+    """
+    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    radius = np.hypot(columns - (width - 1) / 2.0, rows - (height - 1) / 2.0) / (width / 2.0)
+    angle = min(lens.cutoff, math.pi) / lens.c2 + lens.c3
+    if lens.function != "id":
+        angle = min(angle, QUARTER)
+    limit = lens.c1 * _focal(lens) * _FUNCTION[lens.function](angle)
+    t = np.clip((radius - limit) / RIM + 1.0, 0.0, 1.0)
+    return (1.0 - t * t * (3.0 - 2.0 * t)).astype(np.float32)[..., None]
 
 
 @lru_cache(maxsize=8)
@@ -183,10 +211,12 @@ def warped_image(
             depth[:] = distances
         points = _points(request, request.distortion)
         return cv2.remap(colors, points, None, cv2.INTER_LINEAR, dst=rgb), distances
+    lens = request.lens or Lens(request.horizontal_fov)
     rgb[:] = 0
-    for pinhole, points, mask in _sides(request, request.lens or Lens(request.horizontal_fov)):
+    for pinhole, points, mask in _sides(request, lens):
         colors, _ = render(pinhole)
         rgb[mask] = cv2.remap(colors, points, None, cv2.INTER_LINEAR)[mask]
+    rgb[:] = rgb * fading(request.width, request.height, lens)
     return rgb, None
 
 

@@ -76,18 +76,28 @@ class SensorErrors(Stateful):
         """Begin with a random drift."""
         self.drift = _normal(self.spec.drift, rng)
 
-    def measured(self, values: Vec3, period: float, rng: Any) -> Vec3:
-        """True values with the errors, a time [s] after the last ones.
+    def measured(self, values: Vec3, period: float, times: int, rng: Any) -> Vec3:
+        """True values with the errors.
+
+        Args:
+            period: of the sensor [s].
+            times: how many periods ago the last measurement was; 1, unless nobody asked for some,
+                which hector's sensors make all the same.
+            rng: generator.
 
         As hector's sensor_model, which steps the drift by the period instead of its root:
-        exp(-f dt) drift + dt N(0, sqrt(2 f) drift's deviation).
+        a drift + dt N(0, sqrt(2 f) drift's deviation), a = exp(-f dt); n times at once:
+        a^n drift + sqrt((1 - a^2n) / (1 - a^2)) dt N(0, ...).
         """
         spec = self.spec
         if any(self.drift) or any(spec.drift):
-            deviation = [math.sqrt(2.0 * f) * d for f, d in zip(spec.frequency, spec.drift)]
+            deviation = [
+                period * math.sqrt(2.0 * f * _geometric(math.exp(-2.0 * period * f), times)) * d
+                for f, d in zip(spec.frequency, spec.drift)
+            ]
             steps = _normal((deviation[0], deviation[1], deviation[2]), rng)
             x, y, z = (
-                math.exp(-period * f) * now + period * step
+                math.exp(-period * f * times) * now + step
                 for f, now, step in zip(spec.frequency, self.drift, steps)
             )
             self.drift = x, y, z
@@ -156,3 +166,8 @@ def _normal(deviations: Vec3, rng: Any) -> Vec3:
         return ZERO
     a, b, c = rng.standard_normal(3).tolist()
     return a * deviations[0], b * deviations[1], c * deviations[2]
+
+
+def _geometric(ratio: float, count: int) -> float:
+    """1 + ratio + ... + ratio^(count - 1); ratio: 0..1."""
+    return float(count) if ratio >= 1.0 else (1.0 - ratio**count) / (1.0 - ratio)

@@ -212,7 +212,26 @@ class WorldReader:
         ]
         for population in self._world.findall("population"):
             self._add_population(population)
+        self._insert_and_delete()
         self._number_names()
+
+    def _insert_and_delete(self) -> None:
+        """What a <state> inserts, unless its name is taken, and then what it deletes."""
+        described = self._described
+        models = {model.name for model, _ in described.models}
+        for element in self._world.findall("state/insertions/model"):
+            if element.get("name") not in models:
+                self._add_model(element)
+        lights = {light.name for light in described.scene.lights}
+        for element in self._world.findall("state/insertions/light"):
+            if element.get("name") not in lights:
+                self._add_light(element)
+        deleted = {
+            (node.text or "").strip() for node in self._world.findall("state/deletions/name")
+        }
+        described.models = [each for each in described.models if each[0].name not in deleted]
+        kept = tuple(each for each in described.scene.lights if each.name not in deleted)
+        described.scene = dataclasses.replace(described.scene, lights=kept)
 
     def _add_light(self, element: Node) -> None:
         state = self._lights.get(element.get("name"))
