@@ -14,9 +14,10 @@ from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import camera
 from gazebo_msgs.msg import LinkStates, ModelStates
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Point32, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import ChannelFloat32, PointCloud
 from tf2_msgs.msg import TFMessage
 
 
@@ -153,6 +154,17 @@ def test_scan():
     ranges, fake = np.array([1.0, np.inf, -np.inf, 0.3, 8.0], np.float32), FakePublisher()
     packed.PackedScan(fake, spec, 0.5, 5).send(2.5, ranges)
     assert fake.sent == [bytes_of(genpy_messages.laser_scan(2.5, spec, 0.5, ranges), 42)]
+
+
+@pytest.mark.parametrize("channels", [0, 1, 2])
+def test_cloud(channels):
+    points, fake = np.array([[1.0, -2.0, 0.5], [np.nan, np.inf, 7.0]]), FakePublisher()
+    values = [np.array([0.25, 3.0]) + number for number in range(channels)]
+    packed.PackedCloud(fake, "lidar").send(2.5, points, *values)
+    message = PointCloud(header=conversions.header(2.5, "lidar"))
+    message.points = [Point32(*point) for point in points]
+    message.channels = [ChannelFloat32(values=of_channel) for of_channel in values]
+    assert fake.sent == [bytes_of(message, 42)]
 
 
 @pytest.mark.parametrize("encoding", ["rgb8", "mono8"])

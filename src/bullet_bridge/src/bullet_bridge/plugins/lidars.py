@@ -15,12 +15,12 @@ from bullet_sim.parts.outputs import PointsOutput
 from bullet_sim.plugins import lidars as core
 from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.lidar import PatternLidar
-from geometry_msgs.msg import Point32
-from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField
+from sensor_msgs.msg import PointCloud, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedCloud
 from bullet_bridge.transport.senders import Converted, sends
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
@@ -71,21 +71,13 @@ def velodyne_cloud(
     return conversions.cloud(header, data, _FIELDS, not spec.organized)
 
 
-def block_cloud(time: float, spec: core.BlockCloudSpec, points: Array, values: Array) -> Any:
-    """sensor_msgs/PointCloud of points (n, 3) [m] with intensities (n,)."""
-    return PointCloud(
-        header=conversions.header(time, spec.frame_id),
-        points=[Point32(*point) for point in points.tolist()],
-        channels=[ChannelFloat32(values=values.tolist())],
-    )
-
-
 @sends(PointsOutput)
-def _points(part: Any, output: PointsOutput) -> Converted:
-    is_block = output.message == "sensor_msgs/PointCloud"
-    kind, convert = (PointCloud, block_cloud) if is_block else (PointCloud2, velodyne_cloud)
-    pub = part.publisher(output.topic, kind, relayed=False)
-    return Converted(pub, lambda time, *values: convert(time, output.spec, *values))
+def _points(part: Any, output: PointsOutput) -> Any:
+    if output.message == "sensor_msgs/PointCloud":
+        pub = part.publisher(output.topic, PointCloud, relayed=False)
+        return PackedCloud(pub, output.spec.frame_id)
+    pub = part.publisher(output.topic, PointCloud2, relayed=False)
+    return Converted(pub, lambda time, *values: velodyne_cloud(time, output.spec, *values))
 
 
 # livox_laser_simulation's layouts of a point.
@@ -169,6 +161,7 @@ class PatternSensor(Sensor, core.RaysSensor):
         super().__init__(context)
         self._parent = f"{self.model.name}::{self.spec.link}"
         self._tf = self.publisher("/tf", TFMessage, relayed=False)
+        self._cloud = PackedCloud(self.pub, self.spec.frame_id)
 
     @staticmethod
     def _message_of(number: int) -> Any:
@@ -201,10 +194,8 @@ class PatternSensor(Sensor, core.RaysSensor):
         self._send_transforms(time)
         kind = self.spec.message
         if kind == 0:
-            return PointCloud(
-                header=conversions.header(time, frame),
-                points=[Point32(*point) for point in points.tolist()],
-            )
+            self._cloud.send(time, points)
+            return None
         if kind == 1:
             points = points[np.linalg.norm(points, axis=1) >= _MIN_XYZ]
             data = np.zeros((1, len(points)), _XYZ)

@@ -480,6 +480,26 @@ class PackedScan(Packed):
         self._send(self._header(time), self._constant, ranges.astype("<f4").tobytes(), packed)
 
 
+class PackedCloud(Packed):
+    """sensor_msgs/PointCloud, whose channels have no names.
+
+    Args:
+        frame: frame_id of the header.
+    """
+
+    def __init__(self, publisher: rospy.Publisher, frame: str) -> None:
+        super().__init__(publisher)
+        self._frame = pack_string(frame)
+
+    def send(self, time: float, points: Array, *channels: Array) -> None:
+        """Publish for a simulated time [s]; points (n, 3) [m], each channel (n,)."""
+        parts = [self._header(time), self._frame, _LENGTH.pack(len(points))]
+        parts += points.astype("<f4").tobytes(), _LENGTH.pack(len(channels))
+        for values in channels:
+            parts += pack_string(""), _LENGTH.pack(len(values)), values.astype("<f4").tobytes()
+        self._send(*parts)
+
+
 class PackedImage(Packed):
     """sensor_msgs/Image.
 
