@@ -176,6 +176,7 @@ class World:
         self.place = Place()  # on the earth
         self.wind: WindForces | None = None
         self.models: dict[str, Model] = {}
+        self._driven: tuple[Model, ...] | None = None  # see _driven_models()
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
         self.stepper: Callable[..., Array | None] | None = None
@@ -324,7 +325,7 @@ class World:
             raise ModelError(
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
             ) from error
-        self.models[name] = model
+        self.models[name], self._driven = model, None
         self._order.spawned()
         return model
 
@@ -346,6 +347,7 @@ class World:
         self._reported.discard(name)
         self.model(name).remove()
         del self.models[name]
+        self._driven = None
         self._order.deleted()
 
     def attach(self, key: Any, model: str, link: str, other: str, other_link: str) -> None:
@@ -419,14 +421,22 @@ class World:
         self.engine.records.show_end()
         self.step_count = self._recorded[1]
 
+    def _driven_models(self) -> tuple[Model, ...]:
+        """Models that have controllers or joints that mimic others."""
+        if self._driven is None:
+            models = self.models.values()
+            self._driven = tuple(each for each in models if each.manager or each.mimics)
+        return self._driven
+
     def _step(self, count: int) -> None:
+        driven = self._driven_models()
         controlled = [
             (model, model.manager)
-            for model in self.models.values()
+            for model in driven
             if model.manager is not None and model.manager.periodic
         ]
         updates: list[Callable[[float], None]] = [
-            model.mimics.update for model in self.models.values() if model.mimics
+            model.mimics.update for model in driven if model.mimics
         ]
         wind = self.wind
         if wind is not None:
@@ -529,7 +539,7 @@ class World:
         """
         ordered = self._order.sorted(self.models)
         changed = ordered != list(self.models)
-        self.models = {name: self.models[name] for name in ordered}
+        self.models, self._driven = {name: self.models[name] for name in ordered}, None
         return changed
 
     def sort_before_start(self) -> bool:
@@ -607,7 +617,7 @@ class World:
             WorldError: models or controllers came or went since; nothing has changed then.
         """
         self._check_state(state)
-        self.models = dict(state.models)
+        self.models, self._driven = dict(state.models), None
         known = state.engine.is_cleared or self.engine.layout == state.engine.layout
         if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
             self._reload()

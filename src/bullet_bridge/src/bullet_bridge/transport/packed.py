@@ -19,6 +19,7 @@ import rospy
 from bullet_sim.pose import Array, Motion
 
 if TYPE_CHECKING:
+    from bullet_sim.plugins.contacts import ContactPair
     from bullet_sim.plugins.lidars import RaySpec
 
 _LENGTH = struct.Struct("<I")
@@ -478,6 +479,34 @@ class PackedScan(Packed):
         if intensities is not None:
             packed = packed[:4] + intensities.astype("<f4").tobytes()
         self._send(self._header(time), self._constant, ranges.astype("<f4").tobytes(), packed)
+
+
+class PackedContacts(Packed):
+    """gazebo_msgs/ContactsState.
+
+    Args:
+        frame: frame_id of the header.
+    """
+
+    def __init__(self, publisher: rospy.Publisher, frame: str) -> None:
+        super().__init__(publisher)
+        self._frame = pack_string(frame)
+
+    def send(self, time: float, pairs: Sequence[ContactPair]) -> None:
+        """Publish for a simulated time [s]: a state of each pair."""
+        parts = [self._header(time), self._frame, _LENGTH.pack(len(pairs))]
+        for number, pair in enumerate(pairs):
+            count = _LENGTH.pack(len(pair.depths))
+            seconds, nanoseconds = to_sec_nsec(pair.time)
+            info = (  # upstream's text
+                f"Debug:  i:({number}/{len(pairs)})     my geom:{pair.first}   other geom:"
+                f"{pair.second}         time:{seconds}.{nanoseconds:09d}\n"
+            )
+            parts += map(pack_string, (info, pair.first, pair.second))
+            parts += count, pair.wrenches.tobytes(), pair.total.tobytes()
+            for values in (pair.positions, pair.normals, pair.depths):
+                parts += count, values.tobytes()
+        self._send(*parts)
 
 
 class PackedCloud(Packed):

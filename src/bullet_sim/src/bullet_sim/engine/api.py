@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Tuple
 
+import numpy as np
+
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector
 
 if TYPE_CHECKING:
@@ -40,6 +42,29 @@ class Contact(NamedTuple):
     depth: float
     force: Array
     is_first: bool = True
+
+
+class ContactRows(NamedTuple):
+    """Contact points of a link, in the order of Contacts, in arrays.
+
+    Attributes:
+        others: (number of the other body, its link) of each.
+        firsts: whether this link is the first of both in Gazebo.
+        numbers: (n, 10) position, normal, depth and force: see Contact.
+    """
+
+    others: list[BodyLink]
+    firsts: list[bool]
+    numbers: Array
+
+
+def contact_rows(contacts: Sequence[Contact]) -> ContactRows:
+    """Contacts in arrays."""
+    numbers = np.empty((len(contacts), 10))
+    for row, contact in zip(numbers, contacts):
+        row[:3], row[3:6], row[6], row[7:] = contact[2:6]
+    others = [(contact.body, contact.link) for contact in contacts]
+    return ContactRows(others, [contact.is_first for contact in contacts], numbers)
 
 
 class Touch(NamedTuple):
@@ -263,6 +288,9 @@ class Body(Protocol):
     # Contacts, as of the last step.
     def contacts(self, link: str) -> list[Contact]:
         """Contact points of one link that press or touch."""
+
+    def contact_rows(self, link: str) -> ContactRows:
+        """contacts() in arrays."""
 
     def touching(self) -> list[Touch]:
         """Pairs of links in contact."""

@@ -12,7 +12,7 @@ import numpy as np
 from bullet_sim.description.actor import STANDING, ActorMotion, Trajectory
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.mirrors import mirrored_links
-from bullet_sim.engine.api import Contact, Touch
+from bullet_sim.engine.api import Contact, ContactRows, Touch, contact_rows
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, compose, multiply
 
 FRAME = 0.05  # [s] between two updates, as in Gazebo
@@ -286,6 +286,9 @@ class ActorBody:
 
     def contacts(self, link: str) -> list[Contact]:
         return []
+
+    def contact_rows(self, link: str) -> ContactRows:
+        return contact_rows([])
 
     def touching(self) -> list[Touch]:
         return []

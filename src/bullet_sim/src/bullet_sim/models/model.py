@@ -129,6 +129,7 @@ class Model:
         self.bodies = self._bodies()
         self._carried = self._frame_on_link()
         self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
+        self._at_root = self.link_in_body(description.root) == (self.root, _SAME)
         self.joints = Joints(self.body, lumped.joints)
         mimics = {joint.name: joint.mimic for joint in lumped.joints if joint.mimic}
         inertias = joint_inertias(lumped, description.fixed_base, mimics)
@@ -412,7 +413,9 @@ class Model:
     def motion(self) -> Motion:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
         carrier = self.description.root if self._carried is None else self._carried[0]
-        _, _, linear, angular = self.link_motion(carrier)
+        position, orientation, linear, angular = self.link_motion(carrier)
+        if self._carried is None and not self._told and self._at_root:
+            return position, orientation, linear, angular
         pose = self._told_pose()
         return pose.position, pose.orientation, linear, angular
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Tuple
 
 import numpy as np
 
-from bullet_sim.engine import Contact
 from bullet_sim.parts.base import Sensor, part_of
 from bullet_sim.parts.outputs import ContactsOutput
 from bullet_sim.parts.schedule import Schedule
@@ -17,10 +17,11 @@ from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.rules import PLAIN
 from bullet_sim.plugins.spec import PluginSpec, frame_of, rate_of, reading, topic_of
 from bullet_sim.plugins.xml import SensorXml
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import UNTURNED, Array, Pose, Quat, Vec3, matrix_from_quaternion
 from bullet_sim.sensors.contact import nearest, watched
 
 if TYPE_CHECKING:
+    from bullet_sim.engine.api import BodyLink, ContactRows
     from bullet_sim.models.model import Model
 
 
@@ -56,10 +57,10 @@ class ContactPair(NamedTuple):
     Attributes:
         time: [s].
         first, second: model::link::collision of the shapes.
-        wrenches: (6,) force [N] and torque [N m] of each contact.
+        wrenches: (n, 6) force [N] and torque [N m] of each contact.
         total: (6,) their sum.
-        positions, normals: (3,) of each contact in the world [m].
-        depths: of each contact [m].
+        positions, normals: (n, 3) of each contact in the world [m].
+        depths: (n,) of each contact [m].
         back: (n, 6) wrenches on the second shape's link about its center of mass, in its axes;
             None: one of the two never moves, or the reader does not tell them.
     """
@@ -67,12 +68,37 @@ class ContactPair(NamedTuple):
     time: float
     first: str
     second: str
-    wrenches: tuple[Array, ...]
+    wrenches: Array
     total: Array
-    positions: tuple[Array, ...]
-    normals: tuple[Array, ...]
-    depths: tuple[float, ...]
+    positions: Array
+    normals: Array
+    depths: Array
     back: Array | None = None
+
+
+Frame = Tuple[Quat, Vec3]  # orientation of a link, the center of mass [m] of the same or another
+
+
+class ContactRecord(NamedTuple):
+    """What is needed of a pair of shapes in a step for its ContactPair.
+
+    Attributes:
+        time, first, second: see ContactPair.
+        numbers: of the contacts, seen from the reader's link: see engine.api.ContactRows.
+        is_first, pushes: whether the reader's link is the first one, and whether the wrenches are
+            those on it.
+        frame: the axes of the wrenches and what they are about.
+        back: likewise of ContactPair.back; None: it is not told.
+    """
+
+    time: float
+    first: str
+    second: str
+    numbers: Array
+    is_first: bool
+    pushes: bool
+    frame: Frame
+    back: Frame | None
 
 
 class ContactReader:
@@ -96,21 +122,26 @@ class ContactReader:
         self._tells_back = tells_back
         self._part = model.link_in_body(link)[0]
         self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
+        self._models: dict[int, Model] = {}  # by the numbers of their bodies
 
     def pairs(self, time: float) -> list[ContactPair]:
         """Those of the last step."""
-        return [self._state(time, *names, contacts) for names, contacts in self._touching()]
+        return contact_pairs(self.record(time))
 
-    def _touching(self) -> Iterable[tuple[tuple[str, str], list[Contact]]]:
-        pairs: dict[tuple[str, str], list[Contact]] = {}
-        touched = self._model.body.contacts(self._part)
-        for contact in touched if self._monitored else ():
-            mine = self._named(self._model, self._part, contact.position)
+    def record(self, time: float) -> list[ContactRecord]:
+        """Those of the last step, for contact_pairs()."""
+        if not self._monitored:
+            return []
+        rows = self._model.body.contact_rows(self._part)
+        groups: dict[tuple[str, str], list[int]] = {}
+        for place, (other, is_first) in enumerate(zip(rows.others, rows.firsts)):
+            mine = self._names.get((self._model, self._part)) or self._named(
+                self._model, self._part, rows.numbers[place, :3]
+            )
             if mine in self._monitored:
-                names = mine, self._other(contact)
-                pair = names if contact.is_first else names[::-1]
-                pairs.setdefault(pair, []).append(contact)
-        return pairs.items()
+                names = mine, self._other(other, rows.numbers[place, :3])
+                groups.setdefault(names if is_first else names[::-1], []).append(place)
+        return [self._record(time, names, rows, chosen) for names, chosen in groups.items()]
 
     def _named(self, model: Model, part: str, position: Array) -> str:
         """model::link::collision of the shape that a point in the world is on."""
@@ -130,52 +161,85 @@ class ContactReader:
             self._names[model, part] = name
         return name
 
-    def _model_of(self, contact: Contact) -> Model | None:
-        models = self._world.models.values()
-        return next((model for model in models if model.body.number == contact.body), None)
+    def _model_of(self, body: int) -> Model | None:
+        model = self._models.get(body)
+        if model is None or model.body.number != body or model not in self._known():
+            self._models = {each.body.number: each for each in self._known()}
+            model = self._models.get(body)
+        return model
 
-    def _other(self, contact: Contact) -> str:
-        model = self._model_of(contact)
-        if model is None:
-            return "world"
-        return self._named(model, contact.link, contact.position)
+    def _known(self) -> Any:
+        return self._world.models.values()
 
-    def _state(self, time: float, one: str, two: str, contacts: list[Contact]) -> ContactPair:
+    def _other(self, other: BodyLink, position: Array) -> str:
+        model = self._model_of(other[0])
+        return "world" if model is None else self._named(model, other[1], position)
+
+    def _record(
+        self, time: float, names: tuple[str, str], rows: ContactRows, chosen: list[int]
+    ) -> ContactRecord:
         """Of the contacts of a pair of shapes."""
-        contact = contacts[0]
-        own = self._model, self._part
-        other = self._model_of(contact), contact.link
-        first, second = (own, other) if contact.is_first else (other, own)
+        is_first, (number, link) = rows.firsts[chosen[0]], rows.others[chosen[0]]
+        own, other = (self._model, self._part), (self._model_of(number), link)
+        first, second = (own, other) if is_first else (other, own)
         pushed = second if first[0] is None or first[0].is_static else first
-        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
-        forces = pushes * np.array([contact.force for contact in contacts])
-        positions = np.array([contact.position for contact in contacts])
-        wrenches = self._wrenches(first, pushed, positions, forces)
+        axes = UNTURNED if first[0] is None else first[0].body.link_motion(first[1])[1]
+        about = pushed[0] or self._model
+        center = about.body.link_center(self._part if pushed[0] is None else pushed[1])
         back, model = None, second[0]
         if self._tells_back and pushed is first and model is not None and not model.is_static:
-            back = self._wrenches(second, second, positions, -forces)
-        return ContactPair(
+            back = model.body.link_motion(second[1])[1], model.body.link_center(second[1])
+        return ContactRecord(
             time,
-            one,
-            two,
-            tuple(wrenches),
-            np.add.reduce(wrenches, 0, initial=0.0),
-            tuple(positions),
-            tuple(sign * np.array([contact.normal for contact in contacts])),
-            tuple(contact.depth for contact in contacts),
+            *names,
+            rows.numbers if len(chosen) == len(rows.others) else rows.numbers[chosen],
+            is_first,
+            pushed is own,
+            (axes, center),
             back,
         )
 
-    def _wrenches(self, axes: Any, about: Any, positions: Array, forces: Array) -> Array:
-        """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world, in the axes of
-        one link about the center of mass of another."""
-        rotation = np.eye(3)
-        if axes[0] is not None:
-            rotation = Pose(*axes[0].body.link_motion(axes[1])[:2]).matrix.T
-        center = (about[0] or self._model).body.link_center(about[1])
-        (x, y, z), (u, v, w) = (positions - center).T, forces.T
-        vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
-        return (rotation @ vectors[..., None]).reshape(-1, 6)
+
+def contact_pairs(records: Sequence[ContactRecord]) -> list[ContactPair]:
+    """The ContactPair of each record."""
+    if not records:
+        return []
+    counts = [len(record.numbers) for record in records]
+    starts = [0, *itertools.accumulate(counts)]
+    numbers = np.concatenate([record.numbers for record in records])
+    is_first, pushes = (
+        np.repeat(np.where(flags, 1.0, -1.0), counts)[:, None]
+        for flags in ([each.is_first for each in records], [each.pushes for each in records])
+    )
+    positions, normals = numbers[:, :3], is_first * numbers[:, 3:6]
+    forces = pushes * numbers[:, 7:]
+    wrenches = _wrenches([record.frame for record in records], counts, positions, forces)
+    if len(set(counts)) == 1:
+        totals = np.add.reduce(wrenches.reshape(len(counts), -1, 6), 1, initial=0.0)
+    else:
+        parts = (wrenches[begin:end] for begin, end in zip(starts, starts[1:]))
+        totals = np.array([np.add.reduce(part, 0, initial=0.0) for part in parts])
+    pairs = []
+    for record, total, begin, end in zip(records, totals, starts, starts[1:]):
+        own, back = slice(begin, end), None
+        if record.back is not None:
+            back = _wrenches([record.back], [end - begin], positions[own], -forces[own])
+        places = wrenches[own], total, positions[own], normals[own], numbers[own, 6]
+        pairs.append(ContactPair(*record[:3], *places, back))
+    return pairs
+
+
+def _wrenches(
+    frames: Sequence[Frame], counts: Sequence[int], positions: Array, forces: Array
+) -> Array:
+    """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world in frames, each of
+    which is that of as many as `counts` says."""
+    turned = matrix_from_quaternion(np.array([orientation for orientation, _ in frames]).T)
+    rotations = np.repeat(turned.transpose(2, 0, 1), counts, axis=0).transpose(0, 2, 1)
+    centers = np.repeat(np.array([center for _, center in frames]), counts, axis=0)
+    (x, y, z), (u, v, w) = (positions - centers).T, forces.T
+    vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
+    return (rotations[:, None] @ vectors[..., None]).reshape(-1, 6)
 
 
 @part_of(ContactSpec)
@@ -204,7 +268,7 @@ class ContactSensor(Sensor):
                 f"{', '.join(missing)}, as in Gazebo: collisions are "
                 f"{', '.join(model.collision_names.values()) or '(none)'}"
             )
-        self._steps: deque[tuple[ContactPair, ...]] = deque(maxlen=MOST_STEPS)
+        self._steps: deque[list[ContactRecord]] = deque(maxlen=MOST_STEPS)
         self._messages = Schedule(self.nominal_rate, world.time_step, world.step_count)
 
     def make_output(self) -> ContactsOutput:
@@ -222,9 +286,9 @@ class ContactSensor(Sensor):
         self._messages.set_step(step, self.nominal_rate, self.world.step_count)
 
     def update(self, time: float, period: float) -> None:
-        self._steps.append(tuple(self._reader.pairs(time)))
+        self._steps.append(self._reader.record(time))
         if self._messages.due(self.world.step_count):
-            self._sender.send(time, [pair for step in self._steps for pair in step])
+            self._sender.send(time, contact_pairs([each for step in self._steps for each in step]))
             self._steps.clear()
 
     def is_message(self, step: int) -> bool:

@@ -11,7 +11,7 @@ import pybullet as p
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.mirrors import mirrored_joints, mirrored_links
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.engine.api import Contact, JointState, Touch
+from bullet_sim.engine.api import Contact, ContactRows, JointState, Touch, contact_rows
 from bullet_sim.engine.bullet.client import Loaded
 from bullet_sim.engine.bullet.owner import Owner
 from bullet_sim.errors import ModelError
@@ -309,6 +309,10 @@ class BulletBody:
             other = client.link(point[2], point[4])
             contacts.append(Contact(*other, np.array(point[5]), normal, -point[8], force))
         return contacts + self._engine.passable.overlapping(own, self._engine.bodies)
+
+    def contact_rows(self, link: str) -> ContactRows:
+        """See api.Body."""
+        return contact_rows(self.contacts(link))
 
     def touching(self) -> list[Touch]:
         """See api.Body."""

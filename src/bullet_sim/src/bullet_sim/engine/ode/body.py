@@ -20,7 +20,7 @@ from bullet_sim.description.mirrors import (
     mirrored_links,
 )
 from bullet_sim.description.model import Gears, Joint, Link, ModelDescription
-from bullet_sim.engine.api import Contact, JointState, Touch
+from bullet_sim.engine.api import Contact, ContactRows, JointState, Touch, contact_rows
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.ode.kinds import KINDS
 from bullet_sim.engine.ode.motor import OdeMotor
@@ -589,6 +589,12 @@ class OdeBody:
         if self._engine.arrays.passable:
             contacts += self._engine.mirror.overlaps(own)
         return contacts
+
+    def contact_rows(self, link: str) -> ContactRows:
+        """See api.Body."""
+        engine, own = self._engine, (self.number, link)
+        rows = None if engine.arrays.passable else engine.last_contacts.rows_of_link(own)
+        return contact_rows(self.contacts(link)) if rows is None else rows
 
     def touching(self) -> list[Touch]:
         """See api.Body."""

@@ -8,7 +8,7 @@ from typing import Any, Tuple
 import numpy as np
 
 from bullet_sim.description.model import Surface
-from bullet_sim.engine.api import BodyLink, Contact
+from bullet_sim.engine.api import BodyLink, Contact, ContactRows
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.ode.arrays import Arrays
 from bullet_sim.engine.ode.owner import Owner
@@ -18,6 +18,10 @@ from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
 _CLOSE = 0.002  # [m] between a contact that the mirror finds and the shape that it is with
 _MAX_FOUND = 64 * MAX_POINTS  # contacts that the mirror finds
+_FEW = 32  # contacts that are chosen without numpy
+_NUMBERS = np.r_[  # columns of a contact as in ContactRows
+    q.C_POINT : q.C_POINT + 3, q.C_NORMAL : q.C_NORMAL + 3, q.C_DEPTH, q.C_FORCE : q.C_FORCE + 3
+]
 
 # Link, other link, point [m], normal towards the first, depth [m], force (3,) [N] on the first;
 # world axes.
@@ -161,6 +165,40 @@ class Contacts:
             rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
         points = self.last(rows)
         return [contact for own, contact in _seen_by(link[0], points) if own == link[1]]
+
+    def rows_of_link(self, link: BodyLink) -> ContactRows | None:
+        """As of_link, with what is first in Gazebo; None: of_link has to be asked."""
+        row = self._arrays.rows.get(link)
+        if row is None or self.sleepers:
+            return None
+        count, owner = int(self._state.result[0]), self._arrays.owner
+        owners = self._state.contacts.owners[:count]
+        if count > _FEW:
+            chosen = (owners[:, 0] == row) | ((owners[:, 1] == row) & (owners[:, 2] < 0))
+            places, owners = chosen.nonzero()[0].tolist(), owners[chosen]
+            picked = owners.tolist()
+        else:
+            kept = [
+                (place, each)
+                for place, each in enumerate(owners.tolist())
+                if each[0] == row or (each[1] == row and each[2] < 0)
+            ]
+            places, picked = [place for place, _ in kept], [each for _, each in kept]
+        numbers = self._state.contacts.rows[places][:, _NUMBERS]
+        others: list[BodyLink] = []
+        for place, (one, two, shape, other) in enumerate(picked):
+            if one != row:
+                if owner[one][0] == link[0]:
+                    return None
+                others.append(owner[one])
+                numbers[place, 3:6] *= -1.0
+                numbers[place, 7:] *= -1.0
+            elif shape >= 0:
+                others.append(self._arrays.planes[other])
+            else:
+                others.append(owner[two] if two >= 0 else self._others[other])
+        firsts = {other: self.is_first(link, other) for other in set(others)}
+        return ContactRows(others, [firsts[other] for other in others], numbers)
 
     def of_body(self, number: int) -> list[tuple[str, Contact]]:
         """(link, Contact) of a body, as of the last step."""
