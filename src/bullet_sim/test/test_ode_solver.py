@@ -656,6 +656,30 @@ def test_what_falls_on_a_sleeper_wakes_it(world):
     assert not box.body.is_resting() and ball.pose.position[2] < 0.55
 
 
+def test_a_sleeper_keeps_its_contacts_when_others_come(world):
+    """Of another step than the one in which a second box falls asleep; arrays are built anew."""
+    first = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    world.step(300)
+    second = world.spawn_urdf("second", BOX, Pose((2.0, 0.0, 0.2)), str)
+    world.step(1200)
+    assert first.body.is_resting() and second.body.is_resting()
+    world.spawn_urdf("ball", BALL, Pose((5.0, 0.0, 0.8)), str)
+    world.step()
+    for box, x in ((first, 0.0), (second, 2.0)):
+        contacts = box.body.contacts(box.root)
+        assert np.mean([each.position for each in contacts], axis=0)[0] == pytest.approx(x, abs=0.2)
+        assert len(contacts) == 3 and sum(each.force[2] for each in contacts) > 0.0
+
+
+def test_shapes_that_the_solver_knows_need_no_mirror_when_they_fall_asleep(world):
+    """A pile, of which one falls asleep now and then and is woken by what touches it."""
+    spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    for number, x in enumerate((0.0, 0.05, 0.45, 0.5)):
+        world.spawn_urdf(f"b{number}", BOX, Pose((x, 0.0, 0.61 + 0.41 * number)), str)
+    world.step(4000)
+    assert not world.engine.has_mirror
+
+
 def test_a_sleeper_whose_support_is_deleted_falls(world):
     world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Tuple
+from typing import Any, NamedTuple, Tuple, cast
 
 import numpy as np
 
@@ -28,19 +28,25 @@ _NUMBERS = np.r_[  # columns of a contact as in ContactRows
 Point = Tuple[BodyLink, BodyLink, Vec3, Vec3, float, Array]
 
 
-class Contacts:
-    """Contacts of what moves.
+class _Step(NamedTuple):
+    """The contacts of a step."""
 
-    Attributes:
-        sleepers: the contacts with which links have fallen asleep.
-    """
+    rows: Array
+    owners: Array
+    others: list[BodyLink]
+
+
+class Contacts:
+    """Contacts of what moves."""
 
     def __init__(self, engine: Owner) -> None:
         self._engine = engine
-        self.sleepers: dict[BodyLink, list[Point]] = {}
+        # of links that sleep: the contacts with which they fell asleep, or all of that step
+        self._kept: dict[BodyLink, list[Point] | _Step] = {}
 
     def use(self, arrays: Arrays) -> None:
         """Take new arrays."""
+        self._choose_kept()
         self._arrays, self._state = arrays, arrays.state
         self._others = list(arrays.known)  # links that contacts name by their place here
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
@@ -50,8 +56,23 @@ class Contacts:
 
     def restore(self, sleepers: dict[BodyLink, list[Point]]) -> None:
         """Go back to what was saved of `sleepers`; there are no others."""
-        self.sleepers, self._noted = sleepers, b""
+        self._kept, self._noted = dict(sleepers), b""
         self._state.result[0] = 0
+
+    @property
+    def sleepers(self) -> dict[BodyLink, list[Point]]:
+        """The contacts with which links have fallen asleep."""
+        self._choose_kept()
+        return cast("dict[BodyLink, list[Point]]", self._kept)
+
+    def _choose_kept(self) -> None:
+        """Of kept steps the contacts of each link."""
+        points: dict[int, list[Point]] = {}  # of the steps
+        for key, kept in self._kept.items():
+            if isinstance(kept, _Step):
+                if id(kept) not in points:
+                    points[id(kept)] = self._points_of(*kept)
+                self._kept[key] = [point for point in points[id(kept)] if point[0] == key]
 
     def find(self) -> int:
         """Contacts that the mirror finds where bodies are, into the first rows; their number."""
@@ -145,17 +166,15 @@ class Contacts:
     def note_sleepers(self) -> None:
         """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
         rows = np.flatnonzero(self._state.system.bodies[:, q.ASLEEP])
-        if len(rows) == len(self.sleepers) and rows.tobytes() == self._noted:
+        if len(rows) == len(self._kept) and rows.tobytes() == self._noted:
             return
         self._noted = rows.tobytes()
-        asleep = {self._arrays.owner[row] for row in rows}
-        if asleep == self.sleepers.keys():
+        asleep = {self._arrays.owner[row] for row in rows.tolist()}
+        if asleep == self._kept.keys():
             return
-        found = self._points()
-        self.sleepers = {
-            key: self.sleepers[key] if key in self.sleepers else [c for c in found if c[0] == key]
-            for key in asleep
-        }
+        count, contacts = self._state.result[0], self._state.contacts
+        step = _Step(contacts.rows[:count].copy(), contacts.owners[:count].copy(), self._others)
+        self._kept = {key: self._kept.get(key, step) for key in asleep}
 
     def of_link(self, link: BodyLink) -> list[Contact]:
         """Contacts of one link, as of the last step."""
@@ -169,7 +188,7 @@ class Contacts:
     def rows_of_link(self, link: BodyLink) -> ContactRows | None:
         """As of_link, with what is first in Gazebo; None: of_link has to be asked."""
         row = self._arrays.rows.get(link)
-        if row is None or self.sleepers:
+        if row is None or self._kept:
             return None
         count, owner = int(self._state.result[0]), self._arrays.owner
         owners = self._state.contacts.owners[:count]
@@ -206,21 +225,25 @@ class Contacts:
 
     def last(self, rows: Array | None = None) -> list[Point]:
         """_points() but for those of what sleeps, then those with which it fell asleep."""
-        sleeping = [point for kept in self.sleepers.values() for point in kept]
-        return [p for p in self._points(rows) if p[0] not in self.sleepers] + sleeping
+        sleepers = self.sleepers
+        sleeping = [point for kept in sleepers.values() for point in kept]
+        return [p for p in self._points(rows) if p[0] not in sleepers] + sleeping
 
     def _points(self, rows: Array | None = None) -> list[Point]:
         """Contacts of the last step; rows: their numbers, None: all."""
+        chosen = slice(self._state.result[0]) if rows is None else rows
+        contacts = self._state.contacts
+        return self._points_of(contacts.rows[chosen], contacts.owners[chosen], self._others)
+
+    def _points_of(self, rows: Array, owners: Array, others: list[BodyLink]) -> list[Point]:
+        """Of rows of contacts and their owners, see quickstep.state.Contacts."""
         points: list[Point] = []
-        state, owner = self._state, self._arrays.owner
-        chosen = slice(state.result[0]) if rows is None else rows
-        for row, (one, two, shape, other) in zip(
-            state.contacts.rows[chosen], state.contacts.owners[chosen].tolist()
-        ):
+        owner = self._arrays.owner
+        for row, (one, two, shape, other) in zip(rows, owners.tolist()):
             if shape >= 0:
                 partner = self._arrays.planes[other]
             else:
-                partner = owner[two] if two >= 0 else self._others[other]
+                partner = owner[two] if two >= 0 else others[other]
             point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             points.append((owner[one], partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))

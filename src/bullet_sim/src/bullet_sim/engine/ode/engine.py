@@ -342,9 +342,10 @@ class OdeEngine:
         self._gravity[:] = self.gravity
         while left > 0:
             given = self.last_contacts.find() if self.arrays.always else -1
-            left -= self._advance(1 if given >= 0 else left, given)
-            if left > 0 and self.arrays.watch and not self.arrays.always:
-                left -= self._advance(1, self.last_contacts.find())
+            done = self._advance(1 if given >= 0 else left, given)
+            if not done:  # it needs contacts that the mirror finds
+                done = self._advance(1, self.last_contacts.find())
+            left -= done
         self.is_ahead = True
 
     def measure_joints(self) -> None:

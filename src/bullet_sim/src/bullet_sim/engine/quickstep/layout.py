@@ -144,6 +144,7 @@ INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
 DECAY_SPEED = 0.01  # [m/s, rad/s] up to which no velocity decays
 REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the next sleeps then
 REST_SPEED = 0.1  # [m/s, rad/s]
+FALLING = 2.0  # ASLEEP of a body in the step in which it has fallen asleep
 # collision
 MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
 EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces

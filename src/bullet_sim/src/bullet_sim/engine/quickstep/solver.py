@@ -92,6 +92,8 @@ def _add_effort(j: int, system: System) -> None:
 def _fall_asleep(step: float, n: int, bodies: Array, owners: Array, touched: Array) -> bool:
     """Let bodies sleep that have been at rest on something; whether one has fallen asleep.
 
+    Those have FALLING until _stays_asleep(): what touches somebody awake is woken in the same step.
+
     Args:
         n: number of contacts.
         touched: (n,) numbers to work with.
@@ -116,9 +118,19 @@ def _fall_asleep(step: float, n: int, bodies: Array, owners: Array, touched: Arr
         body[col.REST] -= step
         body[col.REST_STEPS] -= 1.0
         if body[col.REST] <= 0.0 and body[col.REST_STEPS] <= 0.0:
-            body[col.ASLEEP] = 1.0
+            body[col.ASLEEP] = col.FALLING
             body[col.VEL : col.VEL + 6] = 0.0
             found = True
+    return found
+
+
+@compiled
+def _stays_asleep(bodies: Array) -> bool:
+    """Whether one of those that have fallen asleep in this step has not been woken."""
+    found = False
+    for b in range(len(bodies)):
+        if bodies[b, col.ASLEEP] == col.FALLING:
+            bodies[b, col.ASLEEP], found = 1.0, True
     return found
 
 
@@ -299,6 +311,7 @@ def advance(
         n = find_contacts(step, system, sequence, scene, contacts, max(given, 0))
         fell = sleepy and _fall_asleep(step, n, system.bodies, contacts.owners, marks[0])
         m = add_rows(n, system, contacts, constraints, islands, marks, sequence, settings)
+        fell = fell and _stays_asleep(system.bodies)
         solve_islands(system, sequence, constraints, blocks, islands, settings)
         _keep_impulses(m, system, constraints)
         _measure_contacts(m, n, system.bodies, contacts, constraints)

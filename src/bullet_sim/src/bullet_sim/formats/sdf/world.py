@@ -218,14 +218,15 @@ class WorldReader:
     def _insert_and_delete(self) -> None:
         """What a <state> inserts, unless its name is taken, and then what it deletes."""
         described = self._described
-        models = {model.name for model, _ in described.models}
-        for element in self._world.findall("state/insertions/model"):
-            if element.get("name") not in models:
-                self._add_model(element)
-        lights = {light.name for light in described.scene.lights}
-        for element in self._world.findall("state/insertions/light"):
-            if element.get("name") not in lights:
-                self._add_light(element)
+        taken = {
+            "model": {model.name for model, _ in described.models},
+            "light": {light.name for light in described.scene.lights},
+        }
+        add = {"model": self._add_model, "light": self._add_light}
+        for insertions in self._world.findall("state/insertions"):
+            for element in insertions:
+                if element.tag in add and element.get("name") not in taken[element.tag]:
+                    add[element.tag](element)
         deleted = {
             (node.text or "").strip() for node in self._world.findall("state/deletions/name")
         }
