@@ -75,6 +75,16 @@ CAMERA = """<sensor name="{name}" type="{kind}"><pose>0 0 0.2 0 0 {yaw}</pose>
 <depthImageCameraInfoTopicName>depth/camera_info</depthImageCameraInfoTopicName>
 <pointCloudTopicName>points</pointCloudTopicName><pointCloudCutoff>0.1</pointCloudCutoff>
 <frameName>base</frameName><updateRate>30</updateRate></plugin></sensor>"""
+OMNI = """<model name="robot"><pose>0 0 0.051 0 0 0</pose><link name="base">{inertial}
+{body}
+{sensors}<sensor name="bumper" type="contact"><update_rate>1000</update_rate>
+<contact><collision>c</collision></contact><plugin name="bumper" filename="libgazebo_ros_bumper.so">
+<bumperTopicName>/bumper</bumperTopicName><frameName>base</frameName></plugin></sensor></link>
+<plugin name="drive" filename="libgazebo_ros_planar_move.so"><commandTopic>cmd_vel</commandTopic>
+<odometryTopic>odom</odometryTopic><odometryFrame>odom</odometryFrame>
+<odometryRate>50</odometryRate><robotBaseFrame>base</robotBaseFrame></plugin></model>
+"""
+TIRE = "<cylinder><radius>0.1</radius><length>0.04</length></cylinder>"
 BOX = "<box><size>0.2 0.2 0.2</size></box>"
 BALL = "<sphere><radius>0.1</radius></sphere>"
 CAN = "<cylinder><radius>0.1</radius><length>0.2</length></cylinder>"
@@ -128,9 +138,9 @@ def write_ring(path, around=24, across=12):
     path.write_text("\n".join(lines) + "\n")
 
 
-def robot(sensors="", height=0.1):
-    """The robot, its wheels' middles at a height [m]."""
-    wheel = solid("<cylinder><radius>0.1</radius><length>0.04</length></cylinder>")
+def robot(sensors="", height=0.1, tire=TIRE):
+    """The robot, its wheels' middles at a height [m]; tire: their shape."""
+    wheel = solid(tire)
     wheels = [
         WHEEL.format(name=name, y=y, inertial=INERTIAL.format(0.5, 0.002), shape=wheel)
         for name, y in (("left", 0.18), ("right", -0.18))
@@ -142,6 +152,26 @@ def robot(sensors="", height=0.1):
         sensors=sensors,
         wheels="".join(wheels),
     )
+
+
+def omni(sensors="", height=0.0):
+    """A box on the ground that libgazebo_ros_planar_move.so moves, with a bumper at each step."""
+    body = solid("<box><size>0.4 0.3 0.1</size></box>")
+    return OMNI.format(inertial=INERTIAL.format(5.0, 0.1), body=body, sensors=sensors)
+
+
+def write_tire(path, around=64):
+    """Write an OBJ of 4 x around triangles: a TIRE."""
+    angles = 2.0 * np.pi * np.arange(around) / around
+    ends = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles)], axis=1)
+    points = [(x, y, z) for x, y in ends for z in (-0.02, 0.02)] + [(0, 0, -0.02), (0, 0, 0.02)]
+    lines = ["v {:.5f} {:.5f} {:.5f}".format(*point) for point in points]
+    low, high = 2 * around + 1, 2 * around + 2
+    for i in range(around):
+        a, b, c, d = 2 * i + 1, 2 * i + 2, 2 * ((i + 1) % around) + 1, 2 * ((i + 1) % around) + 2
+        triangles = (a, c, d), (a, d, b), (low, c, a), (high, b, d)
+        lines += ["f {} {} {}".format(*triangle) for triangle in triangles]
+    path.write_text("\n".join(lines) + "\n")
 
 
 def posts():
@@ -196,6 +226,7 @@ class Cause:
         topics: subscribed beyond the odometry.
         pictures: those of them that Gazebo drops when it cannot draw as fast as it steps.
         plane: whether the robot stands on the plane.
+        robot: function of the path of its folder, the sensors and the height.
     """
 
     text: str
@@ -204,6 +235,7 @@ class Cause:
     topics: tuple = ()
     pictures: tuple = ()
     plane: bool = True
+    robot: object = lambda seen_as, sensors, height: robot(sensors, height)
 
 
 FOUR = ("front", "left", "rear", "right")
@@ -219,6 +251,19 @@ CAUSES = {
     "imu_1_khz": Cause("an IMU at 1 kHz", sensors=IMU, topics=("/imu",)),
     "concave_meshes": Cause(
         "a mesh as ground, six rings of triangles on it", on_hills, plane=False
+    ),
+    "mesh_wheels": Cause(
+        "wheels of 256 triangles on a ground of 20,000",
+        lambda seen_as: [thing("hills", mesh(f"{seen_as}/hills.obj"), (0.0, 0.0, -1.0))],
+        plane=False,
+        robot=lambda seen_as, sensors, height: robot(sensors, height, mesh(f"{seen_as}/tire.obj")),
+    ),
+    "omni_bumper": Cause(
+        "planar_move, two lidars, a bumper at each step, 80 posts",
+        lambda _: posts(),
+        lidar(720, 20) + lidar(720, 20).replace('"lidar"', '"rear"').replace("/scan<", "/rear<"),
+        ("/scan", "/rear", "/bumper"),
+        robot=lambda seen_as, sensors, height: omni(sensors),
     ),
     "static_meshes": Cause("300 static meshes", lambda seen_as: rings(seen_as, 300, 0.0)),
     "loose_things": Cause("fifty loose things", loose),
@@ -252,8 +297,11 @@ def write(folder, name, seen_as=None):
     seen_as, cause = seen_as or str(folder.resolve()), CAUSES[name]
     hills(folder / "hills.obj", 100, height=0.05)
     write_ring(folder / "ring.obj")
+    write_tire(folder / "tire.obj")
     things = ([GROUND] if cause.plane else []) + cause.things(seen_as)
     height = 0.101 if cause.plane else 0.16
     path = folder / f"{name}.world"
-    path.write_text(WORLD.format(things="\n".join(things), robot=robot(cause.sensors, height)))
+    path.write_text(
+        WORLD.format(things="\n".join(things), robot=cause.robot(seen_as, cause.sensors, height))
+    )
     return path

@@ -50,12 +50,15 @@ class ContactRows(NamedTuple):
     Attributes:
         others: (number of the other body, its link) of each.
         firsts: whether this link is the first of both in Gazebo.
-        numbers: (n, 10) position, normal, depth and force: see Contact.
+        numbers: (n, 10 or more) position, normal, depth and force: see Contact.
+        wrenches: (n, 6) on this link about its center of mass, in its axes [N, N m]; None: they
+            were not computed.
     """
 
     others: list[BodyLink]
     firsts: list[bool]
     numbers: Array
+    wrenches: Array | None = None
 
 
 def contact_rows(contacts: Sequence[Contact]) -> ContactRows:

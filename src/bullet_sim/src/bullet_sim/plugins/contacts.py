@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Tuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,7 +15,7 @@ from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.rules import PLAIN
 from bullet_sim.plugins.spec import PluginSpec, frame_of, rate_of, reading, topic_of
 from bullet_sim.plugins.xml import SensorXml
-from bullet_sim.pose import UNTURNED, Array, Pose, Quat, Vec3, matrix_from_quaternion
+from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.contact import nearest, watched
 
 if TYPE_CHECKING:
@@ -76,31 +74,6 @@ class ContactPair(NamedTuple):
     back: Array | None = None
 
 
-Frame = Tuple[Quat, Vec3]  # orientation of a link, the center of mass [m] of the same or another
-
-
-class ContactRecord(NamedTuple):
-    """What is needed of a pair of shapes in a step for its ContactPair.
-
-    Attributes:
-        time, first, second: see ContactPair.
-        numbers: of the contacts, seen from the reader's link: see engine.api.ContactRows.
-        is_first, pushes: whether the reader's link is the first one, and whether the wrenches are
-            those on it.
-        frame: the axes of the wrenches and what they are about.
-        back: likewise of ContactPair.back; None: it is not told.
-    """
-
-    time: float
-    first: str
-    second: str
-    numbers: Array
-    is_first: bool
-    pushes: bool
-    frame: Frame
-    back: Frame | None
-
-
 class ContactReader:
     """Contacts of some collision shapes of a link, by the pairs of shapes that touch.
 
@@ -126,10 +99,6 @@ class ContactReader:
 
     def pairs(self, time: float) -> list[ContactPair]:
         """Those of the last step."""
-        return contact_pairs(self.record(time))
-
-    def record(self, time: float) -> list[ContactRecord]:
-        """Those of the last step, for contact_pairs()."""
         if not self._monitored:
             return []
         rows = self._model.body.contact_rows(self._part)
@@ -141,7 +110,7 @@ class ContactReader:
             if mine in self._monitored:
                 names = mine, self._other(other, rows.numbers[place, :3])
                 groups.setdefault(names if is_first else names[::-1], []).append(place)
-        return [self._record(time, names, rows, chosen) for names, chosen in groups.items()]
+        return [self._pair(time, names, rows, chosen) for names, chosen in groups.items()]
 
     def _named(self, model: Model, part: str, position: Array) -> str:
         """model::link::collision of the shape that a point in the world is on."""
@@ -175,71 +144,46 @@ class ContactReader:
         model = self._model_of(other[0])
         return "world" if model is None else self._named(model, other[1], position)
 
-    def _record(
+    def _pair(
         self, time: float, names: tuple[str, str], rows: ContactRows, chosen: list[int]
-    ) -> ContactRecord:
+    ) -> ContactPair:
         """Of the contacts of a pair of shapes."""
         is_first, (number, link) = rows.firsts[chosen[0]], rows.others[chosen[0]]
         own, other = (self._model, self._part), (self._model_of(number), link)
         first, second = (own, other) if is_first else (other, own)
         pushed = second if first[0] is None or first[0].is_static else first
-        axes = UNTURNED if first[0] is None else first[0].body.link_motion(first[1])[1]
-        about = pushed[0] or self._model
-        center = about.body.link_center(self._part if pushed[0] is None else pushed[1])
+        numbers, wrenches = rows.numbers, rows.wrenches
+        if len(chosen) < len(numbers):
+            numbers = numbers[chosen]
+            wrenches = None if wrenches is None else wrenches[chosen]
+        if wrenches is None or first is not own or pushed is not own:
+            forces = numbers[:, 7:10] if pushed is own else -numbers[:, 7:10]
+            wrenches = self._wrenches(first, pushed, numbers[:, :3], forces)
         back, model = None, second[0]
         if self._tells_back and pushed is first and model is not None and not model.is_static:
-            back = model.body.link_motion(second[1])[1], model.body.link_center(second[1])
-        return ContactRecord(
+            forces = -numbers[:, 7:10] if pushed is own else numbers[:, 7:10]
+            back = self._wrenches(second, second, numbers[:, :3], forces)
+        return ContactPair(
             time,
             *names,
-            rows.numbers if len(chosen) == len(rows.others) else rows.numbers[chosen],
-            is_first,
-            pushed is own,
-            (axes, center),
+            wrenches,
+            np.add.reduce(wrenches, 0, initial=0.0),
+            numbers[:, :3],
+            numbers[:, 3:6] if is_first else -numbers[:, 3:6],
+            numbers[:, 6],
             back,
         )
 
-
-def contact_pairs(records: Sequence[ContactRecord]) -> list[ContactPair]:
-    """The ContactPair of each record."""
-    if not records:
-        return []
-    counts = [len(record.numbers) for record in records]
-    starts = [0, *itertools.accumulate(counts)]
-    numbers = np.concatenate([record.numbers for record in records])
-    is_first, pushes = (
-        np.repeat(np.where(flags, 1.0, -1.0), counts)[:, None]
-        for flags in ([each.is_first for each in records], [each.pushes for each in records])
-    )
-    positions, normals = numbers[:, :3], is_first * numbers[:, 3:6]
-    forces = pushes * numbers[:, 7:]
-    wrenches = _wrenches([record.frame for record in records], counts, positions, forces)
-    if len(set(counts)) == 1:
-        totals = np.add.reduce(wrenches.reshape(len(counts), -1, 6), 1, initial=0.0)
-    else:
-        parts = (wrenches[begin:end] for begin, end in zip(starts, starts[1:]))
-        totals = np.array([np.add.reduce(part, 0, initial=0.0) for part in parts])
-    pairs = []
-    for record, total, begin, end in zip(records, totals, starts, starts[1:]):
-        own, back = slice(begin, end), None
-        if record.back is not None:
-            back = _wrenches([record.back], [end - begin], positions[own], -forces[own])
-        places = wrenches[own], total, positions[own], normals[own], numbers[own, 6]
-        pairs.append(ContactPair(*record[:3], *places, back))
-    return pairs
-
-
-def _wrenches(
-    frames: Sequence[Frame], counts: Sequence[int], positions: Array, forces: Array
-) -> Array:
-    """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world in frames, each of
-    which is that of as many as `counts` says."""
-    turned = matrix_from_quaternion(np.array([orientation for orientation, _ in frames]).T)
-    rotations = np.repeat(turned.transpose(2, 0, 1), counts, axis=0).transpose(0, 2, 1)
-    centers = np.repeat(np.array([center for _, center in frames]), counts, axis=0)
-    (x, y, z), (u, v, w) = (positions - centers).T, forces.T
-    vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
-    return (rotations[:, None] @ vectors[..., None]).reshape(-1, 6)
+    def _wrenches(self, axes: Any, about: Any, positions: Array, forces: Array) -> Array:
+        """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world, in the axes of
+        one link about the center of mass of another."""
+        rotation = np.eye(3)
+        if axes[0] is not None:
+            rotation = Pose(*axes[0].body.link_motion(axes[1])[:2]).matrix.T
+        center = (about[0] or self._model).body.link_center(about[1])
+        (x, y, z), (u, v, w) = (positions - center).T, forces.T
+        vectors = np.stack((forces, np.stack((y * w - z * v, z * u - x * w, x * v - y * u), 1)), 1)
+        return (rotation @ vectors[..., None]).reshape(-1, 6)
 
 
 @part_of(ContactSpec)
@@ -268,7 +212,7 @@ class ContactSensor(Sensor):
                 f"{', '.join(missing)}, as in Gazebo: collisions are "
                 f"{', '.join(model.collision_names.values()) or '(none)'}"
             )
-        self._steps: deque[list[ContactRecord]] = deque(maxlen=MOST_STEPS)
+        self._steps: deque[list[ContactPair]] = deque(maxlen=MOST_STEPS)
         self._messages = Schedule(self.nominal_rate, world.time_step, world.step_count)
 
     def make_output(self) -> ContactsOutput:
@@ -286,9 +230,9 @@ class ContactSensor(Sensor):
         self._messages.set_step(step, self.nominal_rate, self.world.step_count)
 
     def update(self, time: float, period: float) -> None:
-        self._steps.append(self._reader.record(time))
+        self._steps.append(self._reader.pairs(time))
         if self._messages.due(self.world.step_count):
-            self._sender.send(time, contact_pairs([each for step in self._steps for each in step]))
+            self._sender.send(time, [pair for step in self._steps for pair in step])
             self._steps.clear()
 
     def is_message(self, step: int) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple, Tuple, cast
 
 import numpy as np
@@ -14,15 +14,12 @@ from bullet_sim.engine.ode.arrays import Arrays
 from bullet_sim.engine.ode.owner import Owner
 from bullet_sim.engine.ode.scene import MAX_POINTS, space_level
 from bullet_sim.engine.quickstep import layout as q
+from bullet_sim.engine.quickstep.library import contact_lister
+from bullet_sim.engine.quickstep.state import Touching
 from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
 _CLOSE = 0.002  # [m] between a contact that the mirror finds and the shape that it is with
 _MAX_FOUND = 64 * MAX_POINTS  # contacts that the mirror finds
-_FEW = 32  # contacts that are chosen without numpy
-_NUMBERS = np.r_[  # columns of a contact as in ContactRows
-    q.C_POINT : q.C_POINT + 3, q.C_NORMAL : q.C_NORMAL + 3, q.C_DEPTH, q.C_FORCE : q.C_FORCE + 3
-]
-
 # Link, other link, point [m], normal towards the first, depth [m], force (3,) [N] on the first;
 # world axes.
 Point = Tuple[BodyLink, BodyLink, Vec3, Vec3, float, Array]
@@ -47,6 +44,7 @@ class Contacts:
     def use(self, arrays: Arrays) -> None:
         """Take new arrays."""
         self._choose_kept()
+        self._lister: Callable[[int], int] | None = None
         self._arrays, self._state = arrays, arrays.state
         self._others = list(arrays.known)  # links that contacts name by their place here
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
@@ -190,34 +188,27 @@ class Contacts:
         row = self._arrays.rows.get(link)
         if row is None or self._kept:
             return None
-        count, owner = int(self._state.result[0]), self._arrays.owner
-        owners = self._state.contacts.owners[:count]
-        if count > _FEW:
-            chosen = (owners[:, 0] == row) | ((owners[:, 1] == row) & (owners[:, 2] < 0))
-            places, owners = chosen.nonzero()[0].tolist(), owners[chosen]
-            picked = owners.tolist()
-        else:
-            kept = [
-                (place, each)
-                for place, each in enumerate(owners.tolist())
-                if each[0] == row or (each[1] == row and each[2] < 0)
-            ]
-            places, picked = [place for place, _ in kept], [each for _, each in kept]
-        numbers = self._state.contacts.rows[places][:, _NUMBERS]
+        if self._lister is None:
+            contacts, room = self._state.contacts, len(self._state.contacts.rows)
+            self._touching = Touching(
+                *(contacts.rows, contacts.owners, self._state.result, self._state.system.bodies),
+                *(np.zeros((room, 4), np.int64), np.zeros((room, 16))),
+            )
+            self._lister = contact_lister(self._touching)
+        count, owner = self._lister(row), self._arrays.owner
         others: list[BodyLink] = []
-        for place, (one, two, shape, other) in enumerate(picked):
+        for one, two, shape, other in self._touching.chosen[:count].tolist():
             if one != row:
                 if owner[one][0] == link[0]:
                     return None
                 others.append(owner[one])
-                numbers[place, 3:6] *= -1.0
-                numbers[place, 7:] *= -1.0
             elif shape >= 0:
                 others.append(self._arrays.planes[other])
             else:
                 others.append(owner[two] if two >= 0 else self._others[other])
+        numbers = self._touching.numbers[:count].copy()
         firsts = {other: self.is_first(link, other) for other in set(others)}
-        return ContactRows(others, [firsts[other] for other in others], numbers)
+        return ContactRows(others, [firsts[other] for other in others], numbers, numbers[:, 10:])
 
     def of_body(self, number: int) -> list[tuple[str, Contact]]:
         """(link, Contact) of a body, as of the last step."""

@@ -18,13 +18,14 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 from numba.np.arrayobj import populate_array
 
-from bullet_sim.engine.quickstep import rays, solver, trees
+from bullet_sim.engine.quickstep import rays, solver, touching, trees
 from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type, number_type
 from bullet_sim.engine.quickstep.sources import CACHE, SOURCES, library_path
-from bullet_sim.engine.quickstep.state import CALLS, Building, Casting
+from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, Touching
 
 _casting_at = arrays_at(numba_type(Casting))
 _building_at = arrays_at(numba_type(Building))
+_touching_at = arrays_at(numba_type(Touching))
 _TABLE = types.int64[::1]
 _COMPILERS = ("cc", "gcc", "clang", "g++")
 
@@ -39,11 +40,17 @@ def _build_tree(table: Any) -> int:
     return trees.build_tree(_building_at(table))
 
 
+@compiled
+def _list_contacts(row: int, table: Any) -> int:
+    return touching.list_contacts(row, _touching_at(table))
+
+
 FUNCTIONS = {
     "advance": solver.advance,
     "serve": solver.serve,
     "cast": _cast,
     "build_tree": _build_tree,
+    "list_contacts": _list_contacts,
 }
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bullet_sim.engine.quickstep.sources import CACHE, library_path
-from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, make_table
+from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, Touching, make_table
 from bullet_sim.pose import Array
 
 
@@ -96,3 +96,9 @@ def caster(casting: Casting) -> Callable[[float, float], int]:
 def build_tree(building: Building) -> int:
     """Build the tree of triangles; how deep it is."""
     return _call("build_tree", make_table(building))
+
+
+def contact_lister(touching: Touching) -> Callable[[int], int]:
+    """touching.list_contacts() of arrays that outlive it and stay where they are."""
+    table = make_table(touching)
+    return lambda row: _call("list_contacts", row, table)

@@ -327,6 +327,24 @@ class Building(NamedTuple):
     means: Array
 
 
+class Touching(NamedTuple):
+    """What touching.list_contacts() reads and writes.
+
+    Attributes:
+        rows, owners: of Contacts; result: of State; bodies: of System.
+        chosen: (c, 4) get rows of owners.
+        numbers: (c, 16) get position [m] and normal (3,), depth [m], force (3,) [N] and the wrench
+            (6,) about the body's center of mass in its axes [N, N m].
+    """
+
+    rows: Array
+    owners: Array
+    result: Array
+    bodies: Array
+    chosen: Array
+    numbers: Array
+
+
 _1, _2, _3, _N1, _N2 = "f8.1", "f8.2", "f8.3", "i8.1", "i8.2"
 KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their order
     System: (_2, _2, _2, _N2, _N1, _N1, "b1.2"),
@@ -349,6 +367,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
         *(_2, _2, _N2, _2, _2, _N2, _N1, _1),
     ),
     Building: ("f4.3", _N1, _2, _N2, _N2, "f4.1"),
+    Touching: (_2, _N2, _N1, _2, _N2, _2),
 }
 # functions that Python calls -> kinds of numbers that they are given before their table
 CALLS = {
@@ -356,6 +375,7 @@ CALLS = {
     "serve": (),
     "cast": ("f8", "f8"),
     "build_tree": (),
+    "list_contacts": ("i8",),
 }
 
 
