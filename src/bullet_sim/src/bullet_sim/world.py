@@ -425,7 +425,7 @@ class World:
         """Models that have controllers or joints that mimic others."""
         if self._driven is None:
             models = self.models.values()
-            self._driven = tuple(each for each in models if each.manager or each.mimics)
+            self._driven = tuple(each for each in models if each.manager is not None or each.mimics)
         return self._driven
 
     def _step(self, count: int) -> None:

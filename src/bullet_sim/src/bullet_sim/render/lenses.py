@@ -138,8 +138,8 @@ def _focal(lens: Lens) -> float:
 
 
 @lru_cache(maxsize=8)
-def fading(width: int, height: int, lens: Lens) -> Array:
-    """Factor of the colors of each pixel of a lens: 1, down to 0 at the rim of its circle.
+def plan_rim(width: int, height: int, lens: Lens) -> tuple[Array, Array]:
+    """The pixels of a lens that fade to black at the rim of its circle.
 
     As Gazebo Classic 11's wide_lens_map_fp.glsl.
 
@@ -147,7 +147,7 @@ def fading(width: int, height: int, lens: Lens) -> Array:
         width, height: [px].
 
     Returns:
-        (H, W, 1) float32.
+        Mask (H, W) bool, the factor of their colors (n, 1) float32.
     """
     columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
     radius = np.hypot(columns - (width - 1) / 2.0, rows - (height - 1) / 2.0) / (width / 2.0)
@@ -155,8 +155,10 @@ def fading(width: int, height: int, lens: Lens) -> Array:
     if lens.function != "id":
         angle = min(angle, QUARTER)
     limit = lens.c1 * _focal(lens) * _FUNCTION[lens.function](angle)
-    t = np.clip((radius - limit) / RIM + 1.0, 0.0, 1.0)
-    return (1.0 - t * t * (3.0 - 2.0 * t)).astype(np.float32)[..., None]
+    t = (radius - limit) / RIM + 1.0
+    mask = (t > 0.0) & (t < 1.0)
+    t = t[mask]
+    return mask, (1.0 - t * t * (3.0 - 2.0 * t)).astype(np.float32)[:, None]
 
 
 @lru_cache(maxsize=8)
@@ -216,7 +218,8 @@ def warped_image(
     for pinhole, points, mask in _sides(request, lens):
         colors, _ = render(pinhole)
         rgb[mask] = cv2.remap(colors, points, None, cv2.INTER_LINEAR)[mask]
-    rgb[:] = rgb * fading(request.width, request.height, lens)
+    rim, factors = plan_rim(request.width, request.height, lens)
+    rgb[rim] = rgb[rim] * factors
     return rgb, None
 
 

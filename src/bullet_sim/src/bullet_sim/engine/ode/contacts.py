@@ -26,7 +26,7 @@ Point = Tuple[BodyLink, BodyLink, Vec3, Vec3, float, Array]
 
 
 class _Step(NamedTuple):
-    """The contacts of a step."""
+    """Contacts of a step, of those that fell asleep in it."""
 
     rows: Array
     owners: Array
@@ -38,7 +38,8 @@ class Contacts:
 
     def __init__(self, engine: Owner) -> None:
         self._engine = engine
-        # of links that sleep: the contacts with which they fell asleep, or all of that step
+        # of links that sleep: their contacts in the step in which they fell asleep; of those that
+        # did so in one step they are chosen when they are asked for
         self._kept: dict[BodyLink, list[Point] | _Step] = {}
 
     def use(self, arrays: Arrays) -> None:
@@ -170,8 +171,10 @@ class Contacts:
         asleep = {self._arrays.owner[row] for row in rows.tolist()}
         if asleep == self._kept.keys():
             return
-        count, contacts = self._state.result[0], self._state.contacts
-        step = _Step(contacts.rows[:count].copy(), contacts.owners[:count].copy(), self._others)
+        contacts, owner = self._state.contacts, self._arrays.owner
+        fallen = [row for row in rows.tolist() if owner[row] not in self._kept]
+        chosen = np.isin(contacts.owners[: self._state.result[0], 0], fallen).nonzero()[0]
+        step = _Step(contacts.rows[chosen], contacts.owners[chosen], self._others)
         self._kept = {key: self._kept.get(key, step) for key in asleep}
 
     def of_link(self, link: BodyLink) -> list[Contact]:
@@ -186,7 +189,7 @@ class Contacts:
     def rows_of_link(self, link: BodyLink) -> ContactRows | None:
         """As of_link, with what is first in Gazebo; None: of_link has to be asked."""
         row = self._arrays.rows.get(link)
-        if row is None or self._kept:
+        if row is None or link in self._kept:
             return None
         if self._lister is None:
             contacts, room = self._state.contacts, len(self._state.contacts.rows)
