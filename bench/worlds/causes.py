@@ -154,7 +154,7 @@ def robot(sensors="", height=0.1, tire=TIRE):
     )
 
 
-def omni(sensors="", height=0.0):
+def omni(sensors=""):
     """A box on the ground that libgazebo_ros_planar_move.so moves, with a bumper at each step."""
     body = solid("<box><size>0.4 0.3 0.1</size></box>")
     return OMNI.format(inertial=INERTIAL.format(5.0, 0.1), body=body, sensors=sensors)

@@ -481,8 +481,8 @@ class PackedScan(Packed):
         self._send(self._header(time), self._constant, ranges.astype("<f4").tobytes(), packed)
 
 
-class PackedContacts(Packed):
-    """gazebo_msgs/ContactsState.
+class Framed(Packed):
+    """A message with a header.
 
     Args:
         frame: frame_id of the header.
@@ -491,6 +491,10 @@ class PackedContacts(Packed):
     def __init__(self, publisher: rospy.Publisher, frame: str) -> None:
         super().__init__(publisher)
         self._frame = pack_string(frame)
+
+
+class PackedContacts(Framed):
+    """gazebo_msgs/ContactsState."""
 
     def send(self, time: float, pairs: Sequence[ContactPair]) -> None:
         """Publish for a simulated time [s]: a state of each pair."""
@@ -509,16 +513,8 @@ class PackedContacts(Packed):
         self._send(*parts)
 
 
-class PackedCloud(Packed):
-    """sensor_msgs/PointCloud, whose channels have no names.
-
-    Args:
-        frame: frame_id of the header.
-    """
-
-    def __init__(self, publisher: rospy.Publisher, frame: str) -> None:
-        super().__init__(publisher)
-        self._frame = pack_string(frame)
+class PackedCloud(Framed):
+    """sensor_msgs/PointCloud, whose channels have no names."""
 
     def send(self, time: float, points: Array, *channels: Array) -> None:
         """Publish for a simulated time [s]; points (n, 3) [m], each channel (n,)."""
@@ -529,7 +525,7 @@ class PackedCloud(Packed):
         self._send(*parts)
 
 
-class PackedImage(Packed):
+class PackedImage(Framed):
     """sensor_msgs/Image.
 
     Args:
@@ -538,8 +534,8 @@ class PackedImage(Packed):
     """
 
     def __init__(self, publisher: rospy.Publisher, frame: str, encoding: str) -> None:
-        super().__init__(publisher)
-        self._frame, self._encoding = pack_string(frame), pack_string(encoding)
+        super().__init__(publisher, frame)
+        self._encoding = pack_string(encoding)
 
     def send(self, time: float, pixels: Any) -> None:
         """Publish for a simulated time [s]; pixels (H, W) or (H, W, C), contiguous."""

@@ -132,13 +132,11 @@ class ContactReader:
 
     def _model_of(self, body: int) -> Model | None:
         model = self._models.get(body)
-        if model is None or model.body.number != body or model not in self._known():
-            self._models = {each.body.number: each for each in self._known()}
+        known = self._world.models
+        if model is None or model.body.number != body or known.get(model.name) is not model:
+            self._models = {each.body.number: each for each in known.values()}
             model = self._models.get(body)
         return model
-
-    def _known(self) -> Any:
-        return self._world.models.values()
 
     def _other(self, other: BodyLink, position: Array) -> str:
         model = self._model_of(other[0])
@@ -156,13 +154,12 @@ class ContactReader:
         if len(chosen) < len(numbers):
             numbers = numbers[chosen]
             wrenches = None if wrenches is None else wrenches[chosen]
+        forces = numbers[:, 7:10] if pushed is own else -numbers[:, 7:10]
         if wrenches is None or first is not own or pushed is not own:
-            forces = numbers[:, 7:10] if pushed is own else -numbers[:, 7:10]
             wrenches = self._wrenches(first, pushed, numbers[:, :3], forces)
         back, model = None, second[0]
         if self._tells_back and pushed is first and model is not None and not model.is_static:
-            forces = -numbers[:, 7:10] if pushed is own else numbers[:, 7:10]
-            back = self._wrenches(second, second, numbers[:, :3], forces)
+            back = self._wrenches(second, second, numbers[:, :3], -forces)
         return ContactPair(
             time,
             *names,

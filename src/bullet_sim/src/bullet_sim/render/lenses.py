@@ -118,9 +118,7 @@ def directions(width: int, height: int, lens: Lens) -> Array:
     Returns:
         (H, W, 3) in the camera frame (x ahead, y left, z up); NaN where nothing is visible.
     """
-    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
-    right = (columns - (width - 1) / 2.0) / (width / 2.0)
-    down = (rows - (height - 1) / 2.0) / (width / 2.0)
+    right, down = _from_center(width, height)
     radius = np.hypot(right, down)
     focal = _focal(lens)
     with np.errstate(invalid="ignore"):
@@ -128,6 +126,13 @@ def directions(width: int, height: int, lens: Lens) -> Array:
     theta = np.where((theta >= 0.0) & (theta <= min(lens.cutoff, math.pi)), theta, np.nan)
     aside = np.sin(theta) / np.maximum(radius, 1e-12)
     return np.stack([np.cos(theta), -aside * right, -aside * down], axis=2)
+
+
+def _from_center(width: int, height: int) -> tuple[Array, Array]:
+    """How far to the right and down each pixel (H, W) is, in half widths of the image."""
+    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
+    right = (columns - (width - 1) / 2.0) / (width / 2.0)
+    return right, (rows - (height - 1) / 2.0) / (width / 2.0)
 
 
 def _focal(lens: Lens) -> float:
@@ -149,8 +154,7 @@ def plan_rim(width: int, height: int, lens: Lens) -> tuple[Array, Array]:
     Returns:
         Mask (H, W) bool, the factor of their colors (n, 1) float32.
     """
-    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
-    radius = np.hypot(columns - (width - 1) / 2.0, rows - (height - 1) / 2.0) / (width / 2.0)
+    radius = np.hypot(*_from_center(width, height))
     angle = min(lens.cutoff, math.pi) / lens.c2 + lens.c3
     if lens.function != "id":
         angle = min(angle, QUARTER)

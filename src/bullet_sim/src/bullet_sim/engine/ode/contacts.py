@@ -205,10 +205,8 @@ class Contacts:
                 if owner[one][0] == link[0]:
                     return None
                 others.append(owner[one])
-            elif shape >= 0:
-                others.append(self._arrays.planes[other])
             else:
-                others.append(owner[two] if two >= 0 else self._others[other])
+                others.append(self._partner(two, shape, other, self._others))
         numbers = self._touching.numbers[:count].copy()
         firsts = {other: self.is_first(link, other) for other in set(others)}
         return ContactRows(others, [firsts[other] for other in others], numbers, numbers[:, 10:])
@@ -229,15 +227,18 @@ class Contacts:
         contacts = self._state.contacts
         return self._points_of(contacts.rows[chosen], contacts.owners[chosen], self._others)
 
+    def _partner(self, two: int, shape: int, other: int, others: list[BodyLink]) -> BodyLink:
+        """What the first body of a row of owners touches."""
+        if shape >= 0:
+            return self._arrays.planes[other]
+        return self._arrays.owner[two] if two >= 0 else others[other]
+
     def _points_of(self, rows: Array, owners: Array, others: list[BodyLink]) -> list[Point]:
         """Of rows of contacts and their owners, see quickstep.state.Contacts."""
         points: list[Point] = []
         owner = self._arrays.owner
         for row, (one, two, shape, other) in zip(rows, owners.tolist()):
-            if shape >= 0:
-                partner = self._arrays.planes[other]
-            else:
-                partner = owner[two] if two >= 0 else others[other]
+            partner = self._partner(two, shape, other, others)
             point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             points.append((owner[one], partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
