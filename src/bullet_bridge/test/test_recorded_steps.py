@@ -11,10 +11,12 @@ from bullet_bridge.plugins.states import StateTopics
 from bullet_bridge.robots import Robots
 from bullet_bridge.transport.senders import sender
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.plugins.drives import PlanarMovePlugin
 from bullet_sim.pose import Pose
 from bullet_sim.robots import Robot
 from bullet_sim.world import World
 from fake_impl import FakeCameras, FakeReceivedCounts, fake_publishers
+from geometry_msgs.msg import Twist, Vector3
 from test_server import Jobs, Wall
 
 from bullet_bridge import robots
@@ -108,9 +110,22 @@ class Control(Robot):
         self.refresh()
 
 
-def recorded(monkeypatch, limit):
-    """Messages {topic: [bytes]} of a robot that is thrown, in batches of at most some steps; how
-    many steps each batch had, and of which classes the parts are that watch."""
+def spawn_thrown(world):
+    """A robot that is thrown; the model with parts."""
+    model = world.spawn_urdf("bot", ROBOT, Pose((0.0, 0.0, 5.0), (0.1, 0.2, 0.3, 0.9)), str)
+    model.set_state(model.pose, (1.0, 2.0, 3.0), (0.4, 0.5, 0.6))
+    world.spawn_sdf("outer", NESTED, Pose((3.0, 0.0, 5.0)), str)
+    return model
+
+
+def recorded(monkeypatch, limit, spawn=spawn_thrown, commands=None):
+    """Messages {topic: [bytes]} of a robot, in batches of at most some steps; how many steps each
+    batch had, and of which classes the parts are that watch.
+
+    Args:
+        spawn: function of the World -> the robot's Model.
+        commands: step after which one is sent -> what the drive gets.
+    """
     topics = fake_publishers(monkeypatch, states, transforms)
     monkeypatch.setattr(transforms, "_fixed", transforms.FixedTransforms())
     monkeypatch.setattr(robots, "RobotControl", Control)
@@ -120,9 +135,7 @@ def recorded(monkeypatch, limit):
     monkeypatch.setattr(world, "step", lambda *given: (batches.append(given[0]), step(*given)))
     try:
         world.spawn(sdf.ground_plane())
-        model = world.spawn_urdf("bot", ROBOT, Pose((0.0, 0.0, 5.0), (0.1, 0.2, 0.3, 0.9)), str)
-        model.set_state(model.pose, (1.0, 2.0, 3.0), (0.4, 0.5, 0.6))
-        world.spawn_sdf("outer", NESTED, Pose((3.0, 0.0, 5.0)), str)
+        model = spawn(world)
         jobs = Jobs(wall)
         jobs.call = lambda job: job()
         cameras = FakeCameras()
@@ -133,8 +146,13 @@ def recorded(monkeypatch, limit):
         clock = SimClock(0.0, world.time_step, lambda _times: None)
         server = Server(world, jobs, made, config, clock, wall.now)
         server.add_reporter(StateTopics("/gazebo", world, 0.0))
-        while world.step_count < STEPS:
-            server.advance(min(limit, STEPS - world.step_count), throttle=True)
+        ends = [*(commands or {}), STEPS]
+        for end in ends:
+            while world.step_count < end:
+                server.advance(min(limit, end - world.step_count), throttle=True)
+            if end in (commands or {}):
+                drive = next(part for part in made.parts if isinstance(part, PlanarMovePlugin))
+                drive._on_command(commands[end])
         watching = {type(part) for part in made.parts if part.watches}
     finally:
         world.close()
@@ -151,7 +169,83 @@ def test_messages_of_recorded_steps_are_those_of_single_steps(monkeypatch):
     }
     differing = [name for name, messages in single.items() if messages != several[name]]
     assert not differing
-    known = {part for part in ROS_SIDE.values() if part.watches}
+    known = {part for part in ROS_SIDE.values() if part.watches is True}
     assert watching == known, "each part that watches is in the robot above"
     counts = collections.Counter(len(messages) for messages in single.values())
     assert counts[STEPS] >= 12, counts
+
+
+BUMPER = """<sensor name="{name}" type="contact"><update_rate>{rate}</update_rate>
+<contact><collision>{collision}</collision></contact>
+<plugin name="{name}" filename="libgazebo_ros_bumper.so"><bumperTopicName>{name}</bumperTopicName>
+<frameName>base</frameName></plugin></sensor>"""
+BOX = """<collision name="{name}"><pose>{x} 0 0 0 0 0</pose><geometry><box><size>{size}</size></box>
+</geometry></collision>"""
+INERTIAL = """<inertial><mass>{0}</mass>
+<inertia><ixx>{1}</ixx><iyy>{1}</iyy><izz>{1}</izz></inertia></inertial>"""
+P3D = """<plugin name="{0}" filename="libgazebo_ros_p3d.so"><bodyName>base</bodyName>
+<topicName>{0}</topicName></plugin>"""
+OMNI = f"""<sdf version="1.6"><model name="omni"><pose>0 0 0.0499 0 0 0.3</pose><link name="base">
+{INERTIAL.format(5, 0.1)}{BOX.format(name="c", x=0, size="0.4 0.3 0.1")}
+{BOX.format(name="nose", x=0.22, size="0.04 0.1 0.1")}
+{BUMPER.format(name="every_step", rate=1000, collision="c")}
+{BUMPER.format(name="nose_bumper", rate=300, collision="nose")}</link>
+<link name="lid"><pose>0 0 0.1 0 0 0</pose>{INERTIAL.format(1, 0.01)}
+{BOX.format(name="c", x=0, size="0.2 0.2 0.05")}
+{BUMPER.format(name="lid_bumper", rate=1000, collision="c")}</link>
+<joint name="hinge" type="revolute"><parent>base</parent><child>lid</child>
+<axis><xyz>0 0 1</xyz></axis></joint>
+{{before}}<plugin name="drive" filename="libgazebo_ros_planar_move.so">
+<commandTopic>cmd_vel</commandTopic><odometryTopic>odom</odometryTopic><odometryFrame>odom</odometryFrame><cmdTimeout>0.043</cmdTimeout>
+<odometryRate>70</odometryRate><robotBaseFrame>base</robotBaseFrame></plugin>
+{P3D.format("after")}</model></sdf>"""
+THING = """<sdf version="1.6"><model name="thing"><static>{0}</static><link name="l">{1}
+{2}</link></model></sdf>"""
+COMMANDS = {
+    5: Twist(Vector3(1.0, 0.2, 0.0), Vector3(0.0, 0.0, 1.0)),
+    40: Twist(Vector3(1.5, -0.3, 0.0), Vector3(0.0, 0.0, -2.0)),
+    47: Twist(Vector3(1.5, 0.0, 0.0), Vector3(0.0, 0.0, 0.0)),
+}
+
+
+def spawn_omni(before=""):
+    """Function that spawns a base that planar_move drives against things; before: plugins."""
+
+    def spawn(world):
+        box = BOX.format(name="c", x=0, size="0.2 0.2 0.2")
+        moving = THING.format(0, INERTIAL.format(0.5, 0.002), box)
+        world.spawn_sdf("loose", moving, Pose((0.36, 0.06, 0.101)), str)
+        world.spawn_sdf("above", moving, Pose((0.0, 0.0, 0.28)), str)
+        world.spawn_sdf("post", THING.format(1, "", box), Pose((0.3, 0.25, 0.1)), str)
+        return world.spawn_sdf("omni", OMNI.format(before=before), Pose(), str)
+
+    return spawn
+
+
+def test_a_base_that_follows_its_commands_needs_no_step_of_its_own(monkeypatch):
+    single, batches, _ = recorded(monkeypatch, 1, spawn_omni(), COMMANDS)
+    assert batches == [1] * STEPS
+    several, batches, watching = recorded(monkeypatch, BATCH, spawn_omni(), COMMANDS)
+    assert max(batches) >= 10 and len(batches) < STEPS / 4, batches
+    assert {kind.__name__ for kind in watching} >= {"ContactSensor"}
+    assert not [name for name, messages in single.items() if messages != several[name]]
+    told = {name: len(messages) for name, messages in several.items()}
+    assert told["/every_step"] == told["/lid_bumper"] == told["/after"] == STEPS
+    pairs = {
+        (state.collision1_name, state.collision2_name)
+        for topic in ("/every_step", "/lid_bumper", "/nose_bumper")
+        for message in several[topic]
+        for state in message.states
+    }
+    assert len(pairs) >= 4, pairs  # with the ground, and with things of which either is first
+    assert {one.split("::")[0] for one, _ in pairs} > {"omni"}, pairs
+    speeds = [message.twist.twist.linear.x for message in several["/after"]]
+    assert max(speeds) > 0.9 and speeds[-1] == 0.0  # it has stopped by its time-out
+
+
+def test_what_tells_velocities_before_they_are_set_is_told_of_each_step(monkeypatch):
+    spawn = spawn_omni(P3D.format("before"))
+    single, _, _ = recorded(monkeypatch, 1, spawn, COMMANDS)
+    several, batches, _ = recorded(monkeypatch, BATCH, spawn, COMMANDS)
+    assert batches == [1] * STEPS
+    assert single["/before"] == several["/before"] != several["/after"]

@@ -18,7 +18,7 @@ class Spec(SimpleNamespace):
 class Part:
     """Stands in for a sensor: stores the times of its updates."""
 
-    always = watches = False
+    always = watches = tells_velocities = goes_on = False
 
     def __init__(self, context):
         spec, world = context.spec, context.world

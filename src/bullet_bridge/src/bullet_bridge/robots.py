@@ -71,6 +71,7 @@ class Robots(Loop):
         self._skipped: dict[str, list[str]] = {}
         self._next, self._next_watched, self._next_check = 0, 0, 0.0
         self._watched_period: float = 1.0
+        self._going_on: list[ModelPlugin] = []  # updated after each batch
         # Parts that watch and do not share a topic, whose messages could change places.
         self._batching: list[ModelPlugin] = []
 
@@ -247,6 +248,7 @@ class Robots(Loop):
             for part in self.parts
             if part.watches and all(topics[topic] == 1 for topic in part.topics_sent())
         ]
+        self._going_on = [part for part in self.parts if part.goes_on]
         self._update_next(check=True)
 
     def _update_next(self, check: bool = False) -> None:
@@ -261,7 +263,15 @@ class Robots(Loop):
     def next_due(self) -> int:
         """Physics step after which publish() has to be called at the latest, but for what
         watches."""
-        return self._next
+        step = self._world.step_count
+        return (
+            min(
+                self._next,
+                *(part.schedule.next_due_subscribed(step, check=False) for part in self._going_on),
+            )
+            if self._going_on
+            else self._next
+        )
 
     def next_watched(self) -> tuple[int, float]:
         """Physics step after which what watches has to be published, or infinity; the shortest
@@ -277,8 +287,8 @@ class Robots(Loop):
             if recorded is None:
                 continue
             steps = part.schedule.due_before(end)
-            self._counts[part] = self._counts.get(part, 0) + len(steps)
-            self.run(part, part.update_recorded, recorded, steps)
+            sent = self.run(part, part.update_recorded, recorded, steps) or 0
+            self._counts[part] = self._counts.get(part, 0) + sent
             part.updated = steps[-1] * self._world.time_step
         self._next_watched = self.next_steps(check=False)[1]
 
@@ -290,7 +300,7 @@ class Robots(Loop):
 
     def publish(self, step: int, time: float) -> None:
         """Update and publish what is due at this step and has subscribers."""
-        if step < min(self._next, self._next_watched):
+        if step < min(self._next, self._next_watched) and not self._going_on:
             return
         self.publish_due(step, time)
         self._cameras.flush(self._world, self.waits_for_renderer)
@@ -316,6 +326,7 @@ class Robots(Loop):
         )
         self._failed.add(part)
         self.parts = tuple(other for other in self.parts if other is not part)
+        self._going_on = [other for other in self._going_on if other is not part]
 
     def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without: plugins that failed, controllers."""

@@ -352,14 +352,18 @@ class Loop:
         """As first_due(), of what acts or reads more than the state after a step, and of what
         watches alone; the shortest period of the latter [steps]."""
         step = self._world.step_count
-        schedules = [(part.watches, part.schedule) for part in self.parts]
-        for control in self.controls:
-            schedules += control.schedules()
+        schedules = [pair for control in self.controls for pair in control.schedules()]
+        schedules += [(part.watches, part.schedule) for part in self.parts]
         due, period = [NEVER, NEVER], NEVER
         for watches, schedule in schedules:
             due[watches] = min(due[watches], schedule.next_due_subscribed(step, check))
             if watches and schedule.subscribed:
                 period = min(period, schedule.period)
+        telling = False  # of velocities, as they are before a part sets them that comes later
+        for part in self.parts:
+            telling |= part.watches and part.tells_velocities and part.schedule.subscribed
+            if part.goes_on and telling:
+                due[0] = step + 1
         return due[0], due[1], period
 
     def publish_due(self, step: int, time: float) -> None:
@@ -375,14 +379,15 @@ class Loop:
                 self.run(part, part.update, time, time - part.updated)
                 part.updated = time
 
-    def run(self, part: Any, update: Callable[..., None], *arguments: Any) -> None:
-        """Update a part, which may fail."""
+    def run(self, part: Any, update: Callable[..., Any], *arguments: Any) -> Any:
+        """Update a part, which may fail; what the update returns."""
         try:
-            update(*arguments)
+            return update(*arguments)
         except (ValueError, ArithmeticError) as error:
             self.cannot_publish(part, error)
         except Exception as error:
             self.fail(part, error)
+        return None
 
     def updates(self, part: Any, step: int) -> None:
         """A part is updated at a step."""

@@ -153,6 +153,7 @@ class World:
             implausible, see implausible_state().
         stepper: makes each step in the engine's place, by a call of its step() that something
             comes before and after; None: nothing does.
+        is_shown: it is as after a recorded step, see show().
 
     Raises:
         ModelError: no such solver, fixed_joints or massless_links, or 'ode' cannot be loaded.
@@ -181,6 +182,7 @@ class World:
         self.on_implausible: Callable[[str], None] = lambda message: None
         self.stepper: Callable[..., Array | None] | None = None
         self._recorded = 0, 0  # first and last step
+        self.is_shown = False  # a recorded step, see show()
         self._reported: set[str] = set()  # models that are in an implausible state
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
@@ -372,6 +374,12 @@ class World:
         records = self.engine.records
         return 0 if records is None or self.stepper else records.most
 
+    @property
+    def makes_steps_at_once(self) -> bool:
+        """Whether step() is one call of the engine: nothing acts between its steps."""
+        acting = self._driven_models() or self.wind or self.forces.active or self.stepper
+        return not acting
+
     def step(self, count: int = 1, records: bool = False) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act.
 
@@ -413,13 +421,18 @@ class World:
         """
         assert self.engine.records is not None
         self.engine.records.show(step - self._recorded[0])
-        self.step_count = step
+        self.step_count, self.is_shown = step, True
+
+    def show_contacts(self, step: int) -> None:
+        """As show(), for contacts alone, of links that record them: api.Body.records_contacts()."""
+        assert self.engine.records is not None
+        self.engine.records.show_contacts(step - self._recorded[0])
 
     def show_end(self) -> None:
         """Be as after the last step."""
         assert self.engine.records is not None
         self.engine.records.show_end()
-        self.step_count = self._recorded[1]
+        self.step_count, self.is_shown = self._recorded[1], False
 
     def _driven_models(self) -> tuple[Model, ...]:
         """Models that have controllers or joints that mimic others."""

@@ -59,7 +59,7 @@ class JointTransformsSensor(Sensor):
 
     message = TFMessage
     reports = False  # others publish on /tf, too
-    watches = True
+    watches, tells_velocities = True, False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -97,7 +97,7 @@ class RootTransformSensor(Sensor):
 
     message = TFMessage
     reports = False
-    watches = True
+    watches, tells_velocities = True, False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

@@ -211,6 +211,15 @@ class Body(Protocol):
         """Set the velocity of a model [m/s, rad/s]: of the centers of mass of all its links, as
         Gazebo's Model::SetLinearVel; with Bullet of the root link's frame, joints keep theirs."""
 
+    def hold_velocity(self, velocity: Vec3) -> None:
+        """Have the next call of Engine.step() set, between any two of its steps, the velocity of a
+        model that moves on the ground: as set_velocity() of a velocity forward and to the left of
+        its root link's heading [m/s] and a yaw rate [rad/s]. With Bullet it has no effect."""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether hold_velocity() has had an effect since the last step."""
+
     def set_link_velocity(self, link: str, linear: Vector) -> None:
         """Set the velocity of one link's center of mass [m/s], as Gazebo's Link::SetLinearVel; with
         Bullet that of a root link alone."""
@@ -295,6 +304,9 @@ class Body(Protocol):
     def contact_rows(self, link: str) -> ContactRows:
         """contacts() in arrays."""
 
+    def records_contacts(self, link: str) -> bool:
+        """Have contacts of a link be recorded with steps; whether they are."""
+
     def touching(self) -> list[Touch]:
         """Pairs of links in contact."""
 
@@ -321,6 +333,9 @@ class Records(Protocol):
         Args:
             number: of the step, from 0.
         """
+
+    def show_contacts(self, number: int) -> None:
+        """As show(), for contacts alone, of links that record them: Body.records_contacts()."""
 
     def show_end(self) -> None:
         """Let bodies and joints be as they are."""

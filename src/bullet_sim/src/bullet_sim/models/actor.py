@@ -287,6 +287,10 @@ class ActorBody:
     def contacts(self, link: str) -> list[Contact]:
         return []
 
+    def records_contacts(self, link: str) -> bool:
+        """See api.Body."""
+        return False
+
     def contact_rows(self, link: str) -> ContactRows:
         return contact_rows([])
 
@@ -296,7 +300,8 @@ class ActorBody:
     def _nothing(self, *_: Any) -> None:
         """Of what only bodies have that something moves."""
 
-    set_pose = set_velocity = set_link_velocity = place_link = gather = set_joint_positions = (
-        apply_force
-    ) = _nothing
+    is_held = False
+    set_pose = set_velocity = hold_velocity = set_link_velocity = place_link = gather = (
+        set_joint_positions
+    ) = apply_force = _nothing
     set_mass = set_gravity = set_friction = set_slip = set_bitmask = _nothing

@@ -414,10 +414,15 @@ class Model:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
         carrier = self.description.root if self._carried is None else self._carried[0]
         position, orientation, linear, angular = self.link_motion(carrier)
-        if self._carried is None and not self._told and self._at_root:
+        if self.is_at_root:
             return position, orientation, linear, angular
         pose = self._told_pose()
         return pose.position, pose.orientation, linear, angular
+
+    @property
+    def is_at_root(self) -> bool:
+        """Whether motion() is that of the root link's frame in the engine."""
+        return self._carried is None and not self._told and self._at_root
 
     def recorded_motions(self) -> list[Any] | None:
         """As motion() and body_motions(), after each recorded step; None: there are none."""

@@ -85,20 +85,24 @@ class Part(Component):
         reports: it publishes periodically, so that its rate can be measured.
         takes_images: it is a camera.
         needs_ros: it cannot do without what ROS has beside topics.
+        goes_on: what it does goes on within a batch of steps, see BatchSchedule.
         watches: update() reads no more than time, poses, velocities and joints after a step, and
             changes nothing that steps depend on: it may be called after later ones, see World.show.
+        tells_velocities: a part that watches reads them.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
     CACHE: ClassVar[tuple[str, ...]] = ("_told", "senders")
     COMMANDS: ClassVar[Mapping[str, tuple[Any, str]]] = {}
     every_step: ClassVar[bool] = False
+    goes_on: ClassVar[bool] = False
     whole_periods: bool = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
     takes_images: ClassVar[bool] = False
     needs_ros: ClassVar[bool] = False
-    watches: ClassVar[bool] = False
+    watches: bool = False
+    tells_velocities: ClassVar[bool] = True
     resets: ClassVar[bool] = True
     waits_for_time: ClassVar[bool] = False
 
@@ -269,8 +273,9 @@ class Part(Component):
         """What update_recorded() takes, of all recorded steps; None: it cannot be called now."""
         return None
 
-    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> None:
-        """As update() after each of some recorded steps."""
+    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> int:
+        """As update() after each of some recorded steps; how many messages there were."""
+        return 0
 
     def recorded_motion(self, motion: Any, steps: Sequence[int]) -> Any:
         """As sensor_motion() after recorded steps, of Model.recorded_motion() of its link."""
@@ -339,9 +344,10 @@ class Sensor(Part):
         """As measure() after each of k recorded steps: sequences of arrays (k,)."""
         raise NotImplementedError
 
-    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> None:
+    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> int:
         values = self.measure_recorded(recorded, steps)
         self._sender.send_all(self.world.times(steps), *values)
+        return len(steps)
 
     def go_back(self, time: float) -> None:
         """As of a Part; one that measures in every step does not wait."""

@@ -193,3 +193,26 @@ class SubscribedSchedule(Schedule):
     def due(self, step: int) -> bool:
         """As Schedule's; False without subscribers at the last check."""
         return self.subscribed and step >= self.next and super().due(step)
+
+
+class BatchSchedule(SubscribedSchedule):
+    """Due after each batch of steps, which it lets go on until a step.
+
+    Args:
+        world: World whose steps these are.
+        needed: function -> step after which it has to be due.
+        on_start: as of a SubscribedSchedule.
+    """
+
+    def __init__(self, world: Any, needed: Callable[[], int], on_start: Callable[[], None]) -> None:
+        step = world.time_step
+        super().__init__(1.0 / step, step, world.step_count, lambda: True, on_start)
+        self._world, self._needed = world, needed
+
+    def next_due_subscribed(self, step: int, check: bool = True) -> int:
+        super().next_due_subscribed(step, check)
+        return self._needed()
+
+    def due(self, step: int) -> bool:
+        """Not at a step within a batch that the world shows."""
+        return not self._world.is_shown and super().due(step)

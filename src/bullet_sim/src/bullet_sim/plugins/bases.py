@@ -250,6 +250,7 @@ class ForceMovePlugin(PlanarMovePlugin):
     """Pushes and turns a link in every step; publishes Odometry and its transform."""
 
     STATE: ClassVar[tuple[str, ...]] = ("_pose2d", "_sent_at", "_held", "_is_held")
+    goes_on = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

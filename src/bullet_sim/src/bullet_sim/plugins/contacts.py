@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -96,6 +98,12 @@ class ContactReader:
         self._part = model.link_in_body(link)[0]
         self._names: dict[tuple[Model, str], str] = {}  # of links with one shape
         self._models: dict[int, Model] = {}  # by the numbers of their bodies
+        # called before poses of bodies are read; contacts alone may be those of an earlier step
+        self.before_poses: Callable[[], None] = lambda: None
+
+    def are_recorded(self) -> bool:
+        """Whether contacts are recorded with steps."""
+        return self._model.body.records_contacts(self._part)
 
     def pairs(self, time: float) -> list[ContactPair]:
         """Those of the last step."""
@@ -121,6 +129,7 @@ class ContactReader:
             return f"{model.name}::{part}::collision"
         shape = shapes[0]
         if len(shapes) > 1:
+            self.before_poses()
             pose = Pose(*model.body.link_motion(part)[:2])
             local = pose.matrix.T @ (position - np.asarray(pose.position))
             shape = nearest(shapes, local) or shape
@@ -174,6 +183,7 @@ class ContactReader:
     def _wrenches(self, axes: Any, about: Any, positions: Array, forces: Array) -> Array:
         """Wrenches (n, 6) of forces (n, 3) [N] at positions (n, 3) [m] of the world, in the axes of
         one link about the center of mass of another."""
+        self.before_poses()
         rotation = np.eye(3)
         if axes[0] is not None:
             rotation = Pose(*axes[0].body.link_motion(axes[1])[:2]).matrix.T
@@ -196,6 +206,7 @@ class ContactSensor(Sensor):
     STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
     CACHE: ClassVar[tuple[str, ...]] = ("_reader",)
     every_step = whole_periods = True
+    tells_velocities = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -226,11 +237,37 @@ class ContactSensor(Sensor):
         step = self.world.time_step
         self._messages.set_step(step, self.nominal_rate, self.world.step_count)
 
+    @property
+    def watches(self) -> bool:  # type: ignore[override]
+        """Where contacts are recorded with steps."""
+        return self._reader.are_recorded()
+
     def update(self, time: float, period: float) -> None:
+        self._collect(time, self.world.step_count)
+
+    def _collect(self, time: float, step: int) -> bool:
+        """Add the contacts of a step; whether there was a message."""
         self._steps.append(self._reader.pairs(time))
-        if self._messages.due(self.world.step_count):
-            self._sender.send(time, [pair for step in self._steps for pair in step])
-            self._steps.clear()
+        if not self._messages.due(step):
+            return False
+        self._sender.send(time, [pair for step in self._steps for pair in step])
+        self._steps.clear()
+        return True
+
+    def recorded(self) -> Any:
+        return True
+
+    def update_recorded(self, recorded: Any, steps: Sequence[int]) -> int:
+        world, reader, sent = self.world, self._reader, 0
+        try:
+            for step, time in zip(steps, world.times(steps)):
+                world.show_contacts(step)
+                reader.before_poses = partial(world.show, step)
+                sent += self._collect(time, step)
+        finally:
+            reader.before_poses = lambda: None
+            world.show_end()
+        return sent
 
     def is_message(self, step: int) -> bool:
         """At its rate."""

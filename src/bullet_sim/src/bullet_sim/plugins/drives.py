@@ -10,9 +10,10 @@ from typing import Any, ClassVar, TypeVar
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import MAX_COMMAND
+from bullet_sim.engine.quickstep.law import ahead
 from bullet_sim.parts.base import Part, part_of
 from bullet_sim.parts.outputs import BaseOutput, JointStatesOutput, TransformsOutput
-from bullet_sim.parts.schedule import Schedule, whole_rate
+from bullet_sim.parts.schedule import NEVER, BatchSchedule, Schedule, whole_rate
 from bullet_sim.plugins.joints import movable
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import BASE, UTILS_OF_MODELS, FrameName
@@ -465,13 +466,16 @@ class PlanarMovePlugin(DrivenBase):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("_since", "_new", "_due", "_last")
-    every_step = True
+    every_step = goes_on = True
     resets = False
     standing = (0.0, 0.0, 0.0)
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
-        self._due = Schedule(self._odometry_rate(), self.world.time_step, self.world.step_count)
+        world = self.world
+        self._due = Schedule(self._odometry_rate(), world.time_step, world.step_count)
+        if self.goes_on:
+            self.schedule = BatchSchedule(world, self._needed, lambda: self.start(world.time))
 
     def _odometry_rate(self) -> float:
         step, rate = self.world.time_step, self.spec.rate
@@ -519,6 +523,23 @@ class PlanarMovePlugin(DrivenBase):
         self._since: float | None = None
         self._new = False
 
+    def _needed(self) -> int:
+        """Step after which it has something to do but to go on."""
+        world, step = self.world, self.world.step_count + 1
+        if self._new or not (self.model.body.is_held and world.makes_steps_at_once):
+            return step
+        if self._since is not None and self.spec.timeout >= 0.0 and any(self._command):
+            late = math.ceil((self._since + self.spec.timeout) / world.time_step) - 1
+            while not self._is_late(late * world.time_step):
+                late += 1
+        else:
+            late = NEVER
+        return max(step, min(late, self._due.next if self.spec.rate > 0.0 else NEVER))
+
+    def _is_late(self, time: float) -> bool:
+        """Whether the last command counts no more."""
+        return 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since)
+
     def _values(self, message: Any) -> tuple[float, ...]:
         """Forward, to the left [m/s], yaw rate [rad/s]."""
         return message.linear.x, message.linear.y, message.angular.z
@@ -531,13 +552,15 @@ class PlanarMovePlugin(DrivenBase):
     def update(self, time: float, period: float) -> None:
         if self._new:
             self._since, self._new = time, False
-        if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
+        if self._is_late(time):
             self._command = self.standing
         position, orientation = self.model.motion()[:2]
-        x, y, yaw_rate = self._command
-        yaw = rpy_from_quaternion(orientation)[2]
-        c, s = math.cos(yaw), math.sin(yaw)
-        self.model.body.set_velocity((c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate))
+        forward, left, yaw_rate = self._command
+        i, j, k, w = orientation
+        x, y = ahead(i, j, k, w, forward, left)
+        self.model.body.set_velocity((x, y, 0.0), (0.0, 0.0, yaw_rate))
+        if self.model.is_at_root:
+            self.model.body.hold_velocity((forward, left, yaw_rate))
         if self.spec.rate > 0.0 and self._due.due(self.world.step_count):
             twist = self._moved(time, yaw_rate)
             self._sender.send(time, position, orientation, *twist, flat=True)

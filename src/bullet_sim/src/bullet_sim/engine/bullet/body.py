@@ -164,6 +164,11 @@ class BulletBody:
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         self._api.resetBaseVelocity(self.number, tuple(linear), tuple(angular))
 
+    def hold_velocity(self, velocity: Vec3) -> None:
+        """See api.Body."""
+
+    is_held = False
+
     def place_link(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """See api.Body."""
         if link != self.root:
@@ -309,6 +314,10 @@ class BulletBody:
             other = client.link(point[2], point[4])
             contacts.append(Contact(*other, np.array(point[5]), normal, -point[8], force))
         return contacts + self._engine.passable.overlapping(own, self._engine.bodies)
+
+    def records_contacts(self, link: str) -> bool:
+        """See api.Body."""
+        return False
 
     def contact_rows(self, link: str) -> ContactRows:
         """See api.Body."""

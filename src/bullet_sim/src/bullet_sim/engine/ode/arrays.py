@@ -29,6 +29,7 @@ from bullet_sim.engine.ode.shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import (
     Constraints,
+    ContactRecords,
     Contacts,
     Scene,
     State,
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
 _MAX_NUMBERS = 1 << 20  # of records of states
+_MOST_CONTACTS = 1 << 16  # contacts that are recorded, where one step has no more
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,7 @@ class Contents:
         filtered: collide_bitmask of links that have one.
         friction: coefficients of links for which one was set.
         attached: by any key.
+        recorded: links whose contacts are recorded.
     """
 
     moving: dict[int, OdeBody] = field(default_factory=dict)
@@ -81,6 +84,7 @@ class Contents:
     filtered: dict[BodyLink, int] = field(default_factory=dict)
     friction: dict[BodyLink, float] = field(default_factory=dict)
     attached: dict[Any, Attachment] = field(default_factory=dict)
+    recorded: set[BodyLink] = field(default_factory=set)
 
     def bits_of(self, link: BodyLink) -> int:
         """collide_bitmask of a link, which touches only what shares a bit."""
@@ -103,6 +107,7 @@ class Arrays:
         always: the mirror finds contacts of each step.
         sleepy: there are bodies that may sleep.
         passable: there are shapes that push nothing.
+        finds_all: the mirror finds no contacts.
     """
 
     models: set[int]
@@ -118,6 +123,7 @@ class Arrays:
     always: bool
     sleepy: bool
     passable: bool
+    finds_all: bool
 
 
 @dataclass
@@ -239,7 +245,8 @@ class ArrayBuilder:
             for name in body.names
         ]
         rows = np.array(inward, np.float64).reshape(-1, 3)
-        state = _state(numbers, gravity, system.pack(), rows, scene, room)
+        contact_records = self._contact_records(static.known, room)
+        state = _state(numbers, gravity, system.pack(), rows, scene, room, contact_records)
         for body, first, first_joint in self._placed:  # nothing can fail now
             body.use_rows(first, first_joint)
         return Arrays(
@@ -256,6 +263,24 @@ class ArrayBuilder:
             always=bool(self._shapes.has_unknown() and static.planes),
             sleepy=any(body.may_sleep for body in moving),
             passable=any(body.has_passable for body in self._engine.bodies.values()),
+            finds_all=not (
+                self._shapes.has_unknown()
+                or (scene.static_solid < 0).any()
+                or (scene.may_collide == q.PAIR_EXTERNAL).any()
+            ),
+        )
+
+    def _contact_records(self, known: Sequence[BodyLink], room: int) -> ContactRecords:
+        """Room for contacts of recorded steps, of which each may have `room`."""
+        places = {number: place for place, number in enumerate(self._contents.immobile)}
+        rows = [row for row, key in enumerate(self._system.owner) if key in self._contents.recorded]
+        count = max(room * len(rows), min(MAX_RECORDED * room * len(rows), _MOST_CONTACTS))
+        return ContactRecords(
+            bodies=np.array(rows, np.int64),
+            chosen=np.zeros((count, q.CR_SIZE), np.int64),
+            numbers=np.zeros((count, 16)),
+            ends=np.zeros(MAX_RECORDED, np.int64),
+            spaces=np.array([places.get(link[0], -1) for link in known], np.int64),
         )
 
     def _add(self, body: OdeBody) -> None:
@@ -431,7 +456,13 @@ def _placed_row(frame: Pose, axis: Array, anchor: Array) -> Array:
 
 
 def _state(
-    numbers: Array, gravity: Array, system: System, inward: Array, scene: Scene, room: int
+    numbers: Array,
+    gravity: Array,
+    system: System,
+    inward: Array,
+    scene: Scene,
+    room: int,
+    contact_records: ContactRecords,
 ) -> State:
     """What steps work with, with room for a number of contacts."""
     count, movable = len(system.bodies), len(system.joints)
@@ -459,4 +490,7 @@ def _state(
         states=np.zeros((max(1, min(MAX_RECORDED, _MAX_NUMBERS // max(width, 1))), width)),
         taken=np.zeros(2, np.int64),
         inward=inward,
+        held=np.zeros((count, q.HELD_SIZE)),
+        holding=np.zeros(2, np.int64),
+        contact_records=contact_records,
     )

@@ -334,6 +334,22 @@ class OdeBody:
         self.joint_rows[:, q.RATE] = 0.0
         self._engine.is_ahead = True
 
+    def hold_velocity(self, velocity: Vec3) -> None:
+        """See api.Body."""
+        if not self.is_fixed:
+            self._engine.held[self] = velocity
+
+    @property
+    def is_held(self) -> bool:
+        """See api.Body."""
+        return self in self._engine.held
+
+    def row_numbers(self) -> tuple[int, ...]:
+        """Row of the root link; first row and that after the last, of bodies and of joints."""
+        first, joint = self.first, self.first_joint
+        ends = first, first + len(self.names), joint, joint + self.row_count
+        return first + self._root_place, *ends
+
     def set_link_velocity(self, link: str, linear: Vector) -> None:
         """See api.Body."""
         row = self._row(link)
@@ -589,6 +605,17 @@ class OdeBody:
         if self._engine.arrays.passable:
             contacts += self._engine.mirror.overlaps(own)
         return contacts
+
+    def records_contacts(self, link: str) -> bool:
+        """See api.Body."""
+        engine, key = self._engine, (self.number, link)
+        if self.is_static or self.collisions or self.may_sleep:
+            return False
+        if key not in engine.contents.recorded:
+            engine.contents.recorded.add(key)
+            engine.is_built = False
+        engine.build()
+        return key in engine.arrays.rows and engine.arrays.finds_all and not engine.arrays.passable
 
     def contact_rows(self, link: str) -> ContactRows:
         """See api.Body."""

@@ -191,6 +191,8 @@ class Contacts:
         row = self._arrays.rows.get(link)
         if row is None or link in self._kept:
             return None
+        if self._engine.records.shown is not None:
+            return self._recorded_rows(row)
         if self._lister is None:
             contacts, room = self._state.contacts, len(self._state.contacts.rows)
             self._touching = Touching(
@@ -210,6 +212,20 @@ class Contacts:
         numbers = self._touching.numbers[:count].copy()
         firsts = {other: self.is_first(link, other) for other in set(others)}
         return ContactRows(others, [firsts[other] for other in others], numbers, numbers[:, 10:])
+
+    def _recorded_rows(self, row: int) -> ContactRows:
+        """As rows_of_link(), of a row of bodies after the step that is shown."""
+        records = self._engine.records
+        chosen, numbers = records.contacts(records.shown, row)
+        others: list[BodyLink] = []
+        firsts: list[bool] = []
+        for one, two, shape, other, _, first in chosen.tolist():
+            partner = self._arrays.owner[one]
+            if one == row:
+                partner = self._partner(two, shape, other, self._others)
+            others.append(partner)
+            firsts.append(bool(first))
+        return ContactRows(others, firsts, numbers, numbers[:, 10:])
 
     def of_body(self, number: int) -> list[tuple[str, Contact]]:
         """(link, Contact) of a body, as of the last step."""

@@ -148,6 +148,7 @@ class OdeEngine:
         self.is_ahead = self.is_built = False
         self._placed: set[OdeBody] = set()  # bodies whose rows are not where they were put
         self.contents = Contents()
+        self.held: dict[OdeBody, Vec3] = {}  # see OdeBody.hold_velocity()
         self.last_contacts = Contacts(self)
         self._build_arrays()
 
@@ -190,9 +191,11 @@ class OdeEngine:
         contents.moving.pop(number, None)
         contents.immobile.pop(number, None)
         self._placed.discard(removed)
+        self.held.pop(removed, None)
         self.arrays.models.discard(number)  # another body may get its number
         for key in [k for k, a in contents.attached.items() if number in (a.parent[0], a.child[0])]:
             del contents.attached[key]
+        contents.recorded = {link for link in contents.recorded if link[0] != number}
         for of_links in (contents.filtered, contents.friction):
             for link in [link for link in of_links if link[0] == number]:
                 del of_links[link]
@@ -306,6 +309,7 @@ class OdeEngine:
             for motor, applied in zip(body.motors, state["applied"][number]):
                 motor.applied = applied
         self._attached_rows()[:] = state["held"]
+        self.held.clear()
         self._sort()
         self.last_contacts.restore(state["sleepers"])
         self.is_ahead = True
@@ -340,12 +344,19 @@ class OdeEngine:
         if not len(self.rows):
             return
         self._gravity[:] = self.gravity
+        state = self.arrays.state
+        for row, (body, velocity) in zip(state.held, self.held.items()):
+            row[:] = *body.row_numbers(), *velocity
+        state.holding[:] = len(self.held), False
+        self.held.clear()
         while left > 0:
             given = self.last_contacts.find() if self.arrays.always else -1
             done = self._advance(1 if given >= 0 else left, given)
             if not done:  # it needs contacts that the mirror finds
                 done = self._advance(1, self.last_contacts.find())
             left -= done
+            state.holding[1] = True
+        state.holding[0] = 0
         self.is_ahead = True
 
     def measure_joints(self) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from bullet_sim.description.model import Joint, Link
 from bullet_sim.engine.api import BodyLink
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Array, Pose, Vec3
 
 
 class JointsOwner(Protocol):
@@ -25,6 +25,7 @@ class Owner(Protocol):
 
     bodies: Any
     contents: Any
+    held: dict[Any, Vec3]
     arrays: Any
     rows: Array
     joint_rows: Array

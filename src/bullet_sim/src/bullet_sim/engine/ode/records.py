@@ -20,6 +20,7 @@ class Records:
 
     Attributes:
         count: of the recorded steps.
+        shown: number of the step that is shown; None: none is.
         bodies: (m, n, SR_BODY) of each recorded step and row of bodies.
     """
 
@@ -28,6 +29,7 @@ class Records:
         self._motors: dict[Any, float | None] = {}  # what was applied at the end
         self.count = 0
         self._is_finite: bool | None = None
+        self.shown: int | None = None
 
     def use(self, arrays: Arrays) -> None:
         """Take new arrays."""
@@ -38,12 +40,15 @@ class Records:
         self.bodies = state.states[:, :first].reshape(most, bodies, q.SR_BODY)
         self._joints = state.states[:, first:last].reshape(most, joints, q.SR_JOINT)
         self._applied = state.states[:, last:]
+        self._contacts = records = state.contact_records
+        room = len(records.bodies) * len(state.contacts.rows)
+        self._most = min(most, len(records.chosen) // room) if room else most
         self._acting: dict[Any, None] = {}
 
     @property
     def most(self) -> int:
         """See api.Records."""
-        return len(self.bodies)
+        return self._most
 
     def begin(self) -> None:
         """See api.Records."""
@@ -65,14 +70,20 @@ class Records:
     def show(self, number: int) -> None:
         """See api.Records."""
         self._show(number)
+        self.shown = number
         applied = self._applied[number]
         for motor in self._motors:
             value = float(applied[motor.row])
             motor.applied = None if math.isnan(value) else value
 
+    def show_contacts(self, number: int) -> None:
+        """See api.Records."""
+        self.shown = number
+
     def show_end(self) -> None:
         """See api.Records."""
         self._show(self.count - 1)
+        self.shown = None
         for motor, value in self._motors.items():
             motor.applied = value
 
@@ -82,6 +93,17 @@ class Records:
         if self._is_finite is None:
             self._is_finite = bool(np.isfinite(self.bodies[: self.count]).all())
         return self.bodies[: self.count, row].T if self._is_finite else None
+
+    def contacts(self, number: int, row: int) -> tuple[Array, Array]:
+        """Rows of `chosen` and `numbers` of ContactRecords, of a row of bodies after a recorded
+        step."""
+        records = self._contacts
+        begin, end = records.ends[number - 1] if number else 0, records.ends[number]
+        chosen, numbers = records.chosen[begin:end], records.numbers[begin:end]
+        if len(records.bodies) > 1:
+            is_own = chosen[:, q.CR_BODY] == row
+            chosen, numbers = chosen[is_own], numbers[is_own]
+        return chosen, numbers
 
     def _show(self, number: int) -> None:
         system, joints = self._system, self._joints[number]

@@ -1,4 +1,4 @@
-"""What a PID and the limits of its joint make of plain numbers.
+"""What a PID, the limits of its joint and a base that follows commands make of plain numbers.
 
 Controllers and the solver 'bullet' call these functions as they are; the solver 'ode' has them
 compiled (pids.py). Both give the same bits. A limit that is not there is NaN.
@@ -14,6 +14,16 @@ from bullet_sim.engine.quickstep import layout as col
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 TURN = 2.0 * math.pi
 WAY_SHORT, WAY_LINEAR, WAY_WITHIN = 0.0, 1.0, 2.0  # of the error of a position
+
+
+def ahead(
+    x: float, y: float, z: float, w: float, forward: float, left: float
+) -> tuple[float, float]:
+    """Horizontal velocity (2,) [m/s] in the world of a body with a quaternion that moves forward
+    and to the left of its heading [m/s], that of pose.rpy_from_quaternion()."""
+    yaw = math.remainder(math.atan2(z + x, w - y) + math.atan2(z - x, w + y), TURN)
+    c, s = math.cos(yaw), math.sin(yaw)
+    return c * forward - s * left, s * forward + c * left
 
 
 def position_error(position: float, target: float, lower: float, upper: float, way: float) -> float:

@@ -117,6 +117,13 @@ PID_LAST, PID_INTEGRAL, PID_RATE, PID_BY_ERROR, PID_BY_INTEGRAL, PID_BY_RATE = r
 PID_OUTPUT, PID_APPLIED, PID_SIZE = 28, 29, 30
 GOAL_POSITION, GOAL_VELOCITY, GOAL_EFFORT = range(3)  # what errors are of; an effort, no PID
 GOALS = {"position": GOAL_POSITION, "velocity": GOAL_VELOCITY, "": GOAL_EFFORT}
+# bodies whose velocity is set between steps: row of the root link, the first row of bodies and that
+# after the last, those of joints, velocity forward and to the left, yaw rate
+HELD_ROOT, HELD_FIRST, HELD_END, HELD_JOINT, HELD_JOINT_END = range(5)
+HELD_FORWARD, HELD_LEFT, HELD_TURN, HELD_SIZE = range(5, 9)
+# contacts that are recorded: owners as those of a step, row of the body that they are told of, and
+# whether it is the first of both
+CR_BODY, CR_FIRST, CR_SIZE = 4, 5, 6
 # settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of
 # joints, whether the inertias of hinged bodies are moved closer to each other, largest velocity of
 # a joint's rows

@@ -90,7 +90,7 @@ def _has_precedence(x: Array, y: Array, bodies: Array, scene: Scene) -> bool:
     # the first of both spaces is in the outer loop if it has fewer shapes
     is_outer = spaces[own, col.K_COUNT] < spaces[met, col.K_COUNT]
     if spaces[own, col.K_COUNT] == spaces[met, col.K_COUNT]:
-        is_outer = not _looks(own, met, spaces)
+        is_outer = not looks(own, met, spaces)
     if one != two and (is_outer or one_met == two_met):
         return _is_before(one, two, bodies, scene)
     if x[2] >= 0 and one_met != two_met:
@@ -99,7 +99,7 @@ def _has_precedence(x: Array, y: Array, bodies: Array, scene: Scene) -> bool:
 
 
 @inlined
-def _looks(own: int, met: int, spaces: Array) -> bool:
+def looks(own: int, met: int, spaces: Array) -> bool:
     """Whether the first of two spaces finds the second one, rather than the other way round."""
     if spaces[own, col.K_LEVEL] > col.MAX_LEVEL or spaces[met, col.K_LEVEL] > col.MAX_LEVEL:
         return bool(spaces[own, col.K_LEVEL] <= col.MAX_LEVEL)
@@ -111,9 +111,9 @@ def _looks(own: int, met: int, spaces: Array) -> bool:
 @compiled
 def _spaces_have_precedence(own: int, met: int, other: int, other_met: int, spaces: Array) -> bool:
     """Whether the pair of the first two spaces comes before that of the others."""
-    if not _looks(own, met, spaces):
+    if not looks(own, met, spaces):
         own, met = met, own
-    if not _looks(other, other_met, spaces):
+    if not looks(other, other_met, spaces):
         other, other_met = other_met, other
     first, second = spaces[met, col.K_LEVEL], spaces[other_met, col.K_LEVEL]
     if (first > col.MAX_LEVEL) != (second > col.MAX_LEVEL):

@@ -1,4 +1,5 @@
-"""Efforts of joints, computed before each of several steps; what one computes is in law.py."""
+"""Efforts of joints and velocities of bases, computed before each of several steps; what one
+computes is in law.py."""
 
 import math
 from typing import Any
@@ -8,8 +9,10 @@ from numba.extending import overload, register_jitable
 
 from bullet_sim.engine.quickstep import law
 from bullet_sim.engine.quickstep import layout as col
-from bullet_sim.engine.quickstep.compiled import compiled
-from bullet_sim.pose import Array
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
+from bullet_sim.engine.quickstep.state import System
+from bullet_sim.engine.quickstep.vectors import multiply
+from bullet_sim.pose import UNTURNED, Array
 
 _of_two = types.float64(types.float64, types.float64)
 _remainder = types.ExternalFunction("remainder", _of_two)
@@ -49,6 +52,7 @@ for _part in (
 ):
     register_jitable(error_model="numpy")(_part)  # what effort_of() calls
 _effort_of = compiled(law.effort_of)
+_ahead = compiled(law.ahead)
 
 
 @compiled
@@ -73,3 +77,27 @@ def apply_efforts(
         row = efforts[k]
         joint = joints[int(row[col.PID_JOINT])]
         joint[col.EFFORT] += _effort_of(row, joint[col.ANGLE], joint[col.RATE], period)
+
+
+@compiled
+def hold_velocities(held: Array, count: int, system: System) -> None:
+    """Set the velocities of bodies that follow their commands, and those of their joints to 0.
+
+    Args:
+        held: rows of HELD_SIZE; count: how many there are.
+    """
+    bodies, joints, turn = system.bodies, system.joints, temporary(4)
+    for k in range(count):
+        row = held[k]
+        multiply(bodies[int(row[col.HELD_ROOT]), col.QUAT : col.VEL], UNTURNED, turn)
+        x, y = _ahead(turn[0], turn[1], turn[2], turn[3], row[col.HELD_FORWARD], row[col.HELD_LEFT])
+        for b in range(int(row[col.HELD_FIRST]), int(row[col.HELD_END])):
+            body = bodies[b]
+            body[col.VEL], body[col.VEL + 1] = x, y
+            body[col.VEL + 2] = body[col.VEL + 3] = body[col.VEL + 4] = 0.0
+            body[col.VEL + 5] = row[col.HELD_TURN]
+            if body[col.MAY_SLEEP] != 0.0:
+                body[col.REST], body[col.REST_STEPS] = col.REST_TIME, col.REST_COUNT
+                body[col.ASLEEP] = 0.0
+        for j in range(int(row[col.HELD_JOINT]), int(row[col.HELD_JOINT_END])):
+            joints[j, col.RATE] = 0.0

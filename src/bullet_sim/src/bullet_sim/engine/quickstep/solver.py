@@ -33,8 +33,9 @@ from bullet_sim.engine.quickstep.compiled import (
 )
 from bullet_sim.engine.quickstep.constraints import add_rows
 from bullet_sim.engine.quickstep.islands import end_islands, help_solve, solve_islands
-from bullet_sim.engine.quickstep.pids import apply_efforts
+from bullet_sim.engine.quickstep.pids import apply_efforts, hold_velocities
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, State, System
+from bullet_sim.engine.quickstep.touching import record_contacts
 from bullet_sim.engine.quickstep.vectors import cross, matrix, multiply, rotate, similar
 from bullet_sim.pose import UNTURNED, Array
 
@@ -295,7 +296,8 @@ def advance(
         count of 0 joints are measured where bodies are.
     """
     (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
-     result, efforts, active, recorded, states, taken, inward) = _state_at(table)  # fmt: skip
+     result, efforts, active, recorded, states, taken, inward, held, holding,
+     contact_records) = _state_at(table)  # fmt: skip
     islands.step[0], islands.counts[1] = step, iterations
     made = count
     if count == 0:  # bodies were put elsewhere
@@ -304,6 +306,10 @@ def advance(
         if watch and is_near(system.bodies, scene) and given < 0:
             made = done
             break
+        if holding[0] > 0 and (done > 0 or holding[1] != 0):
+            hold_velocities(held, holding[0], system)
+            if 0 < taken[1] <= taken[0]:  # what is told of the step before is told after that
+                _record(system, inward, efforts, active[0], states[taken[1] - 1])
         apply_efforts(step, efforts, active, recorded, system.joints)
         joints.impose(step, system)
         _prepare(gravity, system)
@@ -319,6 +325,10 @@ def advance(
         joints.measure(system)
         if taken[1] < taken[0]:
             _record(system, inward, efforts, active[0], states[taken[1]])
+            if len(contact_records.bodies) > 0:
+                record_contacts(
+                    n, taken[1], sequence, system.bodies, scene, contacts, contact_records
+                )
             taken[1] += 1
         result[0] = n
         given = -1
@@ -332,7 +342,7 @@ def advance(
 @threaded
 def serve(table: Array) -> int:
     """Help advance() in another thread until it is told to end, see islands.py; table: as there."""
-    (settings, _, sequence, system, _, _, constraints, blocks, islands, _, _, _, _, _, _, _, _) = (
-        _state_at(table)
-    )
+    state = _state_at(table)
+    settings, sequence, system, constraints = state[0], state[2], state[3], state[6]
+    blocks, islands = state[7], state[8]
     return help_solve(system, sequence, constraints, blocks, islands, settings)

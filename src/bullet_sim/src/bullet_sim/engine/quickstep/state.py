@@ -222,6 +222,23 @@ class Islands(NamedTuple):
     shared: Array
 
 
+class ContactRecords(NamedTuple):
+    """Contacts of some bodies after recorded steps, see touching.record_contacts().
+
+    Attributes:
+        bodies: (b,) their rows.
+        chosen: (c, CR_SIZE); numbers: (c, 16) as of Touching.
+        ends: (m,) how many there are up to each recorded step.
+        spaces: (k,) of what never moves, by its number; -1: none.
+    """
+
+    bodies: Array
+    chosen: Array
+    numbers: Array
+    ends: Array
+    spaces: Array
+
+
 class State(NamedTuple):
     """Everything that a step reads and writes.
 
@@ -235,6 +252,8 @@ class State(NamedTuple):
         states: (m, n SR_BODY + j SR_JOINT + j) records of the states after steps.
         taken: (2,) how many are to be recorded, and were.
         inward: (n, 3) frames of the links, from the centers of mass of the bodies [m].
+        held: (n, HELD_SIZE) bodies whose velocity is set between two steps.
+        holding: (2,) how many there are, and whether it is set before the first step, too.
     """
 
     settings: Array
@@ -254,6 +273,9 @@ class State(NamedTuple):
     states: Array
     taken: Array
     inward: Array
+    held: Array
+    holding: Array
+    contact_records: ContactRecords
 
 
 class Casting(NamedTuple):
@@ -358,9 +380,10 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
     Constraints: (_2, _N2),
     Blocks: (_N2, _1, _1, _N2, _N1, _N1),
     Islands: (_N2, _N1, _1, _N1),
+    ContactRecords: (_N1, _N2, _2, _N1, _N1),
     State: (
         *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks, Islands),
-        *(_N2, _N1, _2, _N1, _2, _2, _N1, _2),
+        *(_N2, _N1, _2, _N1, _2, _2, _N1, _2, _2, _N1, ContactRecords),
     ),
     Casting: (
         *(_1, _2, _1, _2, _N1, _2, _3, _2, _3, _N1, _2, _N1, _2),
