@@ -2,6 +2,7 @@
 
 import collections
 
+import pytest
 from bullet_bridge.loop.clock import SimClock
 from bullet_bridge.loop.server import Server
 from bullet_bridge.node import Config
@@ -243,9 +244,13 @@ def test_a_base_that_follows_its_commands_needs_no_step_of_its_own(monkeypatch):
     assert max(speeds) > 0.9 and speeds[-1] == 0.0  # it has stopped by its time-out
 
 
-def test_what_tells_velocities_before_they_are_set_is_told_of_each_step(monkeypatch):
-    spawn = spawn_omni(P3D.format("before"))
-    single, _, _ = recorded(monkeypatch, 1, spawn, COMMANDS)
-    several, batches, _ = recorded(monkeypatch, BATCH, spawn, COMMANDS)
-    assert batches == [1] * STEPS
-    assert single["/before"] == several["/before"] != several["/after"]
+@pytest.mark.parametrize("rate, most", [(1000, 1), (100, 10)])
+def test_what_tells_velocities_before_they_are_set_ends_a_batch(monkeypatch, rate, most):
+    before = P3D.format("before").replace(
+        "<bodyName>", f"<updateRate>{rate}</updateRate><bodyName>"
+    )
+    single, _, _ = recorded(monkeypatch, 1, spawn_omni(before), COMMANDS)
+    several, batches, _ = recorded(monkeypatch, BATCH, spawn_omni(before), COMMANDS)
+    assert max(batches) == most
+    assert single == several
+    assert several["/before"][-1].twist != several["/after"][-1].twist

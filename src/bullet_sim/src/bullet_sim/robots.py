@@ -359,11 +359,12 @@ class Loop:
             due[watches] = min(due[watches], schedule.next_due_subscribed(step, check))
             if watches and schedule.subscribed:
                 period = min(period, schedule.period)
-        telling = False  # of velocities, as they are before a part sets them that comes later
+        telling = NEVER  # velocities, as they are before a part that comes later sets them
         for part in self.parts:
-            telling |= part.watches and part.tells_velocities and part.schedule.subscribed
-            if part.goes_on and telling:
-                due[0] = step + 1
+            if part.goes_on:
+                due[0] = min(due[0], telling)
+            elif part.tells_velocities and part.watches:
+                telling = min(telling, part.schedule.next_due_subscribed(step, check=False))
         return due[0], due[1], period
 
     def publish_due(self, step: int, time: float) -> None:
