@@ -13,7 +13,7 @@ from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from paddock_common.nodes import retain_freed_memory
 from std_msgs.msg import Float64
-from std_srvs.srv import Empty
+from std_srvs.srv import Empty, Trigger
 from worlds.car_description import COMMANDS
 
 CONTROLLERS = len(COMMANDS) + 1  # with the joint states' controller
@@ -175,8 +175,13 @@ class Simulation:
         self._properties = rospy.ServiceProxy(
             "/gazebo/get_world_properties", GetWorldProperties, persistent=True
         )
+        self._statistics = rospy.ServiceProxy("/gazebo/statistics", Trigger)
         self.pause = rospy.ServiceProxy("/gazebo/pause_physics", Empty)
         self.unpause = rospy.ServiceProxy("/gazebo/unpause_physics", Empty)
+
+    def shares(self):
+        """What the wall time of the last second of running went into: part -> fraction."""
+        return json.loads(self._statistics().message)["shares"]
 
     def moment(self):
         """(wall time, simulated time) [s]; the first is the middle of a short service call."""

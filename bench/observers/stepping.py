@@ -125,12 +125,13 @@ class FreeRounds:
         time.sleep(SETTLE)
         reading = self.monitor.read()
         pace, _ = self._simulation.pace(seconds)
-        spent = between(reading, self.monitor.read())
+        spent, shares = between(reading, self.monitor.read()), self._simulation.shares()
         speeds = [graph.car_speed(car["model"]) for car in self._cars]
         self._simulation.pause()
         sim, after = self._simulation.time() - first, self._settled_counts()
         counts = {topic: count - before[topic] for topic, count in after.items()}
-        return {"pace": pace, "sim": sim, "received": counts, "speeds": speeds, "spent": spent}
+        moved = {"pace": pace, "sim": sim, "speeds": speeds}
+        return {**moved, "received": counts, "spent": spent, "shares": shares}
 
     def _settled_counts(self):
         """Messages of each topic once what was under way has arrived; the simulation is paused."""

@@ -124,6 +124,7 @@ def measure_variant(variant, seconds, pairs, log):
         "own_time_ratio": _own_time(bare, free),
         "car_speeds_m_s": _same_speeds(bare, free),
         "received_per_sim_s": _received(free),
+        "shares": _shares(free),
         "paused_graph": _paused(bare),
     }
 
@@ -175,6 +176,23 @@ def _received(free):
     return {topic: count / sim for topic, count in counts.items()}
 
 
+def _shares(free):
+    """Medians of what the simulation thread's time went into: part -> fraction."""
+    return {
+        part: statistics.median(one_round["shares"][part] for one_round in free)
+        for part in free[0]["shares"]
+    }
+
+
+def _bound(row):
+    """Words for what limits a variant, and for its ratio without all the rest of it."""
+    shares = sorted(row["shares"].items(), key=lambda item: -item[1])
+    ratio = Spread.read(row["ratio"]).median
+    parts = ", ".join(f"{part} {100 * share:.0f} %" for part, share in shares)
+    part, share = shares[0]
+    return f"{parts}; with nothing but {part} it would be {ratio / share:.2f}"
+
+
 def _paused(bare):
     """Processors that the paused graph took beside the reference."""
     return statistics.median(
@@ -205,6 +223,8 @@ def rows(figures):
             own = Spread.read(row["own_time_ratio"])
             text = f"{own.text()} per processor time of the stepping thread"
             yield Row(f"own time, {name}", text, own)
+        if max(row["shares"].values()) > 0.0:
+            yield Row("  simulation thread", _bound(row))
         yield Row("  processors", spent_text(row["spent"]))
         yield Row(
             "  beside the reference",

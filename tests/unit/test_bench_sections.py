@@ -10,7 +10,7 @@ import pytest
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
-from figures import BenchError  # noqa: E402
+from figures import BenchError, Spread  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
 
 
@@ -58,3 +58,15 @@ def test_cars_that_do_not_drive_alike_are_no_figure():
     for its, mine in ((0.6, 0.3), (0.6, 0.9), (0.0, 0.0)):
         with pytest.raises(BenchError, match="not the same work"):
             efficiency._same_speeds([bare(speed=its)], [free(speed=mine)])
+
+
+def test_what_limits_a_variant_is_told():
+    rounds = [
+        dict(free(), shares={"steps": steps, "messages": 0.3, "sockets": 0.05})
+        for steps in (0.5, 0.6, 0.7)
+    ]
+    shares = efficiency._shares(rounds)
+    assert shares == {"steps": 0.6, "messages": 0.3, "sockets": 0.05}
+    ratio = Spread.of([0.4, 0.48, 0.5]).figures()
+    text = efficiency._bound({"shares": shares, "ratio": ratio})
+    assert text == "steps 60 %, messages 30 %, sockets 5 %; with nothing but steps it would be 0.80"

@@ -218,7 +218,12 @@ def test_running_free_it_runs_as_fast_as_the_steps_allow():
     rig.run(3.0)
     assert rig.world.time == pytest.approx(3.0 * 0.001 / 2e-5, rel=1e-3)
     assert rig.server.statistics()["real_time_factor"] == pytest.approx(50, rel=0.01)
-    assert rig.server.statistics()["batches"] == 0
+    statistics = rig.server.statistics()
+    assert statistics["batches"] == 0
+    assert all(0.0 <= share <= 1.0 for share in statistics["shares"].values())
+    assert statistics["shares"]["steps"] > 0.0
+    rig.server.set_paused(True)
+    assert set(rig.server.statistics()["shares"].values()) == {0.0}
 
 
 def test_a_slow_world_runs_as_fast_as_it_can_and_reports_its_lateness():

@@ -4,7 +4,8 @@ import json
 import threading
 
 import pytest
-from bullet_bridge.loop.clock import Pace
+from bullet_bridge.loop import clock
+from bullet_bridge.loop.clock import Pace, Shares
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.services import simulation as module
 
@@ -50,3 +51,21 @@ def test_when_the_simulation_has_ended_it_says_so(handlers):
     module.advertise_json("~statistics", jobs, Server().statistics)
     response = handlers[0](None)
     assert not response.success and "has ended" in response.message
+
+
+def test_shares_are_of_the_time_between_two_measurements(monkeypatch):
+    now = [10.0]
+    monkeypatch.setattr(clock.wall, "perf_counter", lambda: now[0])
+    shares = Shares()
+    for passed in (0.5, 0.1):
+        begin, now[0] = now[0], now[0] + passed
+        stepped = shares.add("steps", begin)
+        now[0] += passed / 2
+        shares.add("messages", stepped)
+        now[0] += 0.2
+    assert shares.last == dict.fromkeys(clock.PARTS, 0.0), "nothing was measured yet"
+    shares.measured()
+    assert shares.last == pytest.approx({"steps": 0.6 / 1.3, "messages": 0.3 / 1.3, "sockets": 0.0})
+    now[0] += 1.0
+    shares.measured()
+    assert shares.last == dict.fromkeys(clock.PARTS, 0.0)

@@ -122,6 +122,37 @@ class Pace:
         }
 
 
+PARTS = "steps", "messages", "sockets"  # of the loop's time
+
+
+class Shares:
+    """What the loop's wall time goes into.
+
+    Attributes:
+        last: part -> fraction of the time between the last two calls of measured().
+    """
+
+    def __init__(self) -> None:
+        self.last = dict.fromkeys(PARTS, 0.0)
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin a new measurement."""
+        self._spent, self._since = dict.fromkeys(PARTS, 0.0), wall.perf_counter()
+
+    def add(self, part: str, since: float) -> float:
+        """Add the time since a result of perf_counter(); what that is now."""
+        now = wall.perf_counter()
+        self._spent[part] += now - since
+        return now
+
+    def measured(self) -> None:
+        """End a measurement, begin the next one."""
+        passed = max(wall.perf_counter() - self._since, 1e-9)
+        self.last = {part: spent / passed for part, spent in self._spent.items()}
+        self.restart()
+
+
 def set_process_time(now: rospy.Time) -> None:
     """Set rospy's time in this process, as a subscription to /clock would."""
     rospy.rostime._rostime_current = now

@@ -15,7 +15,7 @@ from bullet_sim.errors import WorldError
 from bullet_sim.parts.schedule import NEVER
 from paddock_common.process import raise_priority
 
-from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
+from bullet_bridge.loop.clock import PARTS, ClockThrottle, Pace, Shares, SimClock
 from bullet_bridge.loop.rtf_monitor import CallMonitor, RealTimeFactorMonitor
 
 if TYPE_CHECKING:
@@ -151,6 +151,7 @@ class Server:
         self._clock = clock or SimClock(config.clock_rate, world.time_step, latch=config.lockstep)
         self._throttle = ClockThrottle(self._clock, now, world.step_count)
         self._spent = 0.0  # wall time of the last batch [s]
+        self._shares = Shares()
         self._call_monitor = CallMonitor(now=now)
         self._steps: Steps | None = None  # the request that is being served
         self._reporters: list[Reporter] = []
@@ -183,14 +184,16 @@ class Server:
         """Simulated seconds per wall second; 0: as fast as possible."""
         return self._pace.factor
 
-    def statistics(self) -> dict[str, float]:
-        """As Pace.statistics; real_time_factor is 0 while paused."""
-        values = self._pace.statistics()
+    def statistics(self) -> dict[str, Any]:
+        """As Pace.statistics, and `shares`: fractions of the wall time of the last WINDOW that went
+        into steps, into making messages, into writing to sockets. All are 0 while paused."""
+        values: dict[str, Any] = dict(self._pace.statistics(), shares=self._shares.last)
         if self.paused:
-            values["real_time_factor"] = 0.0
+            values.update(real_time_factor=0.0, shares=dict.fromkeys(PARTS, 0.0))
         return values
 
     def _measured(self, factor: float) -> None:
+        self._shares.measured()
         self._rtf_monitor.measured(factor, self._pace.factor, self._world.time_step)
 
     def set_pace(self, factor: float) -> None:
@@ -218,6 +221,7 @@ class Server:
     def _anchor(self) -> None:
         """Restart the measurement of the pace."""
         self._rtf_monitor.restart()
+        self._shares.restart()
         self._pace.anchor(self._world.time)
 
     def run(self) -> None:
@@ -316,7 +320,9 @@ class Server:
             end = min(end, world.step_count + world.most_recorded)
         else:
             end = min(end, first)
+        begin = wall.perf_counter()
         world.step(end - world.step_count, records)
+        stepped = self._shares.add("steps", begin)
         if self._relay is not None:
             self._relay.begin_batch()
         try:
@@ -328,8 +334,10 @@ class Server:
             for reporter in self._reporters:
                 reporter.publish(step, time)
         finally:
+            made = self._shares.add("messages", stepped)
             if self._relay is not None:
                 self._relay.end_batch()
+                self._shares.add("sockets", made)
 
     def _next_watched(self) -> tuple[int, float]:
         """Physics step after which something that watches is due, or infinity; the shortest period
