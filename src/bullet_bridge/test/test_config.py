@@ -26,10 +26,11 @@ def test_defaults(monkeypatch):
     assert parse() == Config(world_pace=True)
 
 
-def test_the_pace_of_a_launch_file_that_does_not_pass_it_on(monkeypatch):
-    monkeypatch.setenv("PADDOCK_REAL_TIME_FACTOR", "0.5")
+@pytest.mark.parametrize("pace", ["0.5", "0"])  # 0: as fast as possible
+def test_the_pace_of_a_launch_file_that_does_not_pass_it_on(monkeypatch, pace):
+    monkeypatch.setenv("PADDOCK_REAL_TIME_FACTOR", pace)
     config = parse()
-    assert (config.real_time_factor, config.world_pace) == (0.5, False)
+    assert (config.real_time_factor, config.world_pace) == (float(pace), False)
     assert parse(real_time_factor=2.0).real_time_factor == 2.0
     monkeypatch.setenv("PADDOCK_REAL_TIME_FACTOR", "fast")
     with pytest.raises(ValueError, match="real_time_factor is 'fast'"):

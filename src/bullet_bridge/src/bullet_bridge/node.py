@@ -143,7 +143,7 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
     config = read(Config, lambda n, d: get(n, given.get(n, d)), prefix="")
     return replace(
         config,
-        world_pace=get("real_time_factor", None) is None and not pace,
+        world_pace=get("real_time_factor", None) is None and "real_time_factor" not in given,
         paused=config.paused or config.lockstep,
         clock_rate=max(0.0, config.clock_rate),
         seed=int(config.seed),
