@@ -253,7 +253,7 @@ def listed(names):
 
 def losses(report):
     """What the files name and is not there, once each."""
-    texts = [text for model in report["models"] for text in model.get("lost", ())]
+    texts = [text for model in report.get("models", ()) for text in model.get("lost", ())]
     return list(dict.fromkeys([*report.get("lost", ()), *texts]))
 
 
