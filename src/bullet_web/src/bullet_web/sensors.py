@@ -56,7 +56,7 @@ def picture(message: Any) -> Array:
     row = width * channels * wide
     if not height or not width or step < row or len(message.data) < height * step:
         raise ValueError(
-            f"the image has {len(message.data)} bytes, {height} rows of {step} and a width of {width}"
+            f"the image has {len(message.data)} bytes, {height} rows of {step}, a width of {width}"
         )
     if step != row:  # cv_bridge takes what is behind a row's pixels for some of the next row
         rows = np.frombuffer(message.data, np.uint8, height * step).reshape(height, step)
