@@ -155,11 +155,13 @@ def readable(paths):
 
 def named_in_launch_files(folder):
     """Returns the packages of which the launch files of a package start nodes or take files."""
-    names = set()
-    for path in glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True):
-        named = _IN_LAUNCH_FILE.findall(read_xml(path))
-        names |= {first or second for first, second in named}
-    return names
+    named = [_IN_LAUNCH_FILE.findall(read_xml(path)) for path in launch_files(folder)]
+    return {first or second for pairs in named for first, second in pairs}
+
+
+def launch_files(folder):
+    """Lists the launch files at and below a folder."""
+    return sorted(glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True))
 
 
 def in_cpp(manifest, name):
@@ -257,10 +259,6 @@ class Answer:
     missing: dict = field(default_factory=dict)
     nowhere: dict = field(default_factory=dict)
     launched: dict = field(default_factory=dict)
-
-    def launched_from_nowhere(self):
-        """Lists what only launch files ask for and Debian does not have."""
-        return [name for name, packages in self.launched.items() if not packages]
 
 
 def ours():
