@@ -295,25 +295,19 @@ def _refused(report):
 
 
 def _cannot(report, package, kind):
-    builder = report.get("builders", {}).get(kind)
-    if builder is None:
-        return (
-            f"node {package}/{kind} cannot start: package {package} has no such node; is the type "
-            "spelt as its file, and the file executable?"
-        )
-    package_of_it, is_there, against = (*builder, "")[:3]
-    if not is_there:
+    owner, is_there, against = (*report.get("builders", {}).get(kind, ("", True)), "")[:3]
+    if not owner:
+        why = f"package {package} has no such node; is the type spelt as its file, and the file "
+        why += "executable?"
+    elif not is_there:
         remedy = report.get("remedies", {}).get(package, check_remedies.GENERIC)
-        return f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
-    if against:
-        return (
-            f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which asks for "
-            f"{against}, and that does not exist here; a node in Python can take its place"
-        )
-    return (
-        f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built; "
-        "build the workspace with catkin_make"
-    )
+        why = f"package {package} is not installed; {remedy}"
+    elif against:
+        why = f"it is C++ of {owner}, which asks for {against}, and that does not exist here; a "
+        why += "node in Python can take its place"
+    else:
+        why = f"it is C++ of {owner}, which is not built; build the workspace with catkin_make"
+    return f"node {package}/{kind} cannot start: {why}"
 
 
 def _without_interpreter(script, interpreter):

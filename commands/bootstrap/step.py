@@ -196,11 +196,9 @@ class Step:
 
     def tick(self):
         """Says every EVERY seconds, where there is no terminal, how long it takes."""
-        if self.begun is None or self._seconds() == self._said:
-            return
-        self._said = self._seconds()
-        if self._said % EVERY == 0:
-            say(f"{self.title} ... {self._said} s")
+        if self._seconds() // EVERY > self._said:
+            self._said = self._seconds() // EVERY
+            say(f"{self.title} ... {self._seconds()} s")
 
     def fail(self, error):
         """Prints the end of the log.
