@@ -7,7 +7,8 @@ import os
 import re
 
 from commands.bootstrap import workspace
-from commands.paths import SOURCES, read, read_xml
+from commands.paths import read, read_xml
+from commands.subcommands import deps
 
 BRINGS = {  # what is missing -> text of a launch file that brings it
     "world": re.compile(r"empty_world\.launch|type=[\"'](?:gzserver|gazebo)[\"']"),
@@ -39,11 +40,12 @@ def find(folder, package_path, checked=()):
     is_installed = os.path.basename(parent) == "share"  # all packages of a ROS
     beside = workspace.manifests_of(parent if inside and not is_installed else folder)
     for package, path in sorted(beside.items(), key=lambda item: (item[1] != folder, item[0])):
-        if _is_ours(path):
+        if workspace.top(os.path.realpath(path)) in workspace.OURS:
             continue
-        for name, text in _launch_files(path):
+        for name, file in ((os.path.basename(file), file) for file in deps.launch_files(path)):
             if (package, name) in checked:
                 continue
+            text = read_xml(file)
             brings = [what for what, pattern in BRINGS.items() if pattern.search(text)]
             for what in ["world"] if "world" in brings else brings:
                 companions[what].append((package, name))
@@ -77,16 +79,3 @@ def hint(report, what, otherwise=""):
     named = ", ".join(f"+ {package} {name}" for package, name in files[:LISTED])
     more = f" and {len(files) - LISTED} more" if len(files) > LISTED else ""
     return f"; if another launch file brings it, add it to the command: {named}{more}"
-
-
-def _launch_files(folder):
-    for directory, below, names in os.walk(folder):
-        below.sort()
-        for name in sorted(names):
-            if name.endswith(".launch"):
-                yield name, read_xml(os.path.join(directory, name))
-
-
-def _is_ours(folder):
-    first, *_ = os.path.relpath(os.path.realpath(folder), os.path.realpath(SOURCES)).split(os.sep)
-    return first in workspace.OURS

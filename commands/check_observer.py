@@ -32,7 +32,7 @@ if __name__ == "__main__":
     del sys.path[0]  # this folder: what is in it are modules of commands
     sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
-from commands import check_log, check_sources, procfs  # noqa: E402
+from commands import check_log, check_sources, processes, procfs  # noqa: E402
 from commands.check_roslaunch import OUTPUTS  # noqa: E402
 
 ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
@@ -288,14 +288,8 @@ class Replay:
 
     def end(self):
         """Writes it, if it was started; a file that cannot be written is none."""
-        if self._process is None:
-            return
-        self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(REPLAY_LIMIT)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        if self._process is not None:
+            processes.stop([(self._process, False, REPLAY_LIMIT)])
 
 
 def observe(launch, seconds, replay):
@@ -371,7 +365,7 @@ def main(result, log, port, seconds, *launch_words):
             rospy.signal_shutdown("the check is over")
     finally:
         replay.end()
-        stop(launch)
+        processes.stop([(launch, False, STOP_LIMIT)])  # its supervisor ends what it leaves
         with open(result, "w", encoding="utf-8") as stream:
             rospack = rospkg.RosPack()
             packages = {name: rospack.get_path(name) for name in rospack.list()}
@@ -392,20 +386,6 @@ def texts_of(report):
     parts = [report, *report.get("models", ())]
     texts = [text for part in parts for key in ("warnings", "lost") for text in part.get(key, ())]
     return [report.get("refused") or "", *(node["why"] for node in report["died"]), *texts]
-
-
-def stop(launch):
-    """Ends the launch and what it started."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
-        try:
-            if number == signal.SIGINT:
-                launch.send_signal(number)
-            else:
-                os.killpg(launch.pid, number)
-            launch.wait(STOP_LIMIT)
-            return
-        except (ProcessLookupError, subprocess.TimeoutExpired):
-            continue
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ import re
 import subprocess
 
 from commands import sources
+from commands.bootstrap import left_out
 from commands.errors import CommandError
 from commands.subcommands import deps
 
@@ -13,7 +14,6 @@ SAME = {"cmd_vel_mux": "twist_mux", "yocs_cmd_vel_mux": "twist_mux"}
 PLUGINS = {
     "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",
 }
-OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 GENERIC = "./run deps PATH names Debian's packages, others have to be in your workspace as sources"
 _WITHOUT_PATH = re.compile(r"Package\[([^]]*)\] does not have a path")  # of gazebo_ros
 _NOT_FOUND = re.compile(
@@ -44,7 +44,7 @@ def from_debian(find):
         known = find()
     except (OSError, subprocess.CalledProcessError, CommandError, SystemExit):  # no apt here
         known = ()
-    return f"apt-get install {' '.join(sorted(known))}" if known else ""
+    return deps.apt_get(sorted(known))
 
 
 def finding(text):
@@ -55,7 +55,7 @@ def finding(text):
 def for_plugin(library):
     """A sentence's end: what takes the place of a plugin's library (libNAME.so)."""
     name = re.sub("^lib", "", library).partition(".so")[0]
-    return PLUGINS.get(name, OWN_PLUGIN)
+    return PLUGINS.get(name, left_out.OWN)
 
 
 def named_packages(text):

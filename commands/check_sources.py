@@ -1,27 +1,20 @@
 """Which sources build a plugin or program that is missing, for ./run check."""
 
+import glob
 import os
 import re
 
 import rospkg
 
-from commands import check_remedies
+from commands import check_remedies, check_verdict
+from commands.bootstrap import left_out
+from commands.paths import read
 
 _LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
 _BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*([^\s)]+)([^)]*)", re.IGNORECASE)
-# Headers that a C++ file includes and that do not exist here -> whose they are.
-ABSENT = {
-    "gazebo": "Gazebo's headers",
-    "ignition": "Gazebo's headers",
-    "controller_interface": "ros_control's headers",
-    "controller_manager": "ros_control's headers",
-    "hardware_interface": "ros_control's headers",
-}
 _INCLUDED = re.compile(r"#\s*include\s*[<\"](\w+)/")
 _PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
-_INSIDE = re.compile(r"^\s*add_subdirectory\s*\(\s*([^\s)]+)", re.IGNORECASE | re.MULTILINE)
-SOURCES_LIMIT = 400  # packages whose CMakeLists.txt is read
-SUBFOLDERS = 4  # depth to which add_subdirectory is followed
+SOURCES_LIMIT = 400  # packages whose CMakeLists.txt are read
 
 
 def builders(report):
@@ -37,9 +30,7 @@ def builders(report):
     """
     rospack = rospkg.RosPack()
     wanted, answer = set(), {}
-    for text in report.get("lost", []) + [
-        text for model in report.get("models", ()) for text in model["lost"]
-    ]:
+    for text in check_verdict.losses(report):
         wanted.update(_LIBRARY.findall(check_remedies.finding(text)))
     for package, kind in report["cannot"]:
         if package not in rospack.list():
@@ -54,39 +45,21 @@ def builders(report):
 def _found_in_sources(rospack, wanted):
     answer = {}
     for package in rospack.list()[:SOURCES_LIMIT]:
-        project = None
-        for folder, text in _cmake_files(rospack.get_path(package)):
+        below, project = f"{glob.escape(rospack.get_path(package))}/**/CMakeLists.txt", None
+        for path in sorted(glob.glob(below, recursive=True), key=len):  # the package's own first
+            text = read(path)
             project = project or _PROJECT.search(text)
             for name, files in _BUILT.findall(text):
                 name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
                 if name in wanted:
-                    answer[name] = (package, True, _against(folder, files.split()))
+                    answer[name] = (package, True, _against(os.path.dirname(path), files.split()))
     return answer
-
-
-def _cmake_files(folder, depth=0):
-    """(folder, text) of a CMakeLists.txt and of those that it names with add_subdirectory."""
-    try:
-        with open(
-            os.path.join(folder, "CMakeLists.txt"), encoding="utf-8", errors="replace"
-        ) as stream:
-            text = stream.read()
-    except OSError:
-        return
-    yield folder, text
-    for name in _INSIDE.findall(text) if depth < SUBFOLDERS else ():
-        yield from _cmake_files(os.path.join(folder, name.strip('"')), depth + 1)
 
 
 def _against(folder, files):
     """Whose headers the sources of a target include that do not exist here; "" if none."""
-    for name in files:
-        try:
-            with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as stream:
-                included = _INCLUDED.findall(stream.read())
-        except OSError:  # a word of CMake
-            continue
-        owners = [ABSENT[header] for header in included if header in ABSENT]
-        if owners:
-            return owners[0]
+    for path in filter(os.path.isfile, (os.path.join(folder, name) for name in files)):
+        for header in _INCLUDED.findall(read(path)):
+            if owner := left_out.owner_of(header):
+                return f"{owner}'s headers"
     return ""

@@ -78,7 +78,8 @@ def _found(report):
     for script, interpreter in report.get("interpreters", ()):
         yield Problem(_without_interpreter(script, interpreter))
     cannot = [node for node in report["cannot"] if not needs_screen(node[1])]
-    for package, kind in sorted(cannot, key=lambda node: _is_installed(report, node[1])):
+    builders = report.get("builders", {})  # those of packages that are not there come first
+    for package, kind in sorted(cannot, key=lambda node: builders.get(node[1], (None, True))[1]):
         yield Problem(_cannot(report, package, kind), f"node {package}/{kind}")
     for name in report.get("unable", ()):
         yield Problem(f"node {name} has a program that cannot be run", f"node {name}")
@@ -90,7 +91,7 @@ def _found(report):
         remedy = report.get("remedies", {}).get(name, check_remedies.GENERIC)
         text = f"package {name} is not there, so that what names its files is not spawned; {remedy}"
         yield Problem(text)
-    parts = (_files, _plugins, _controllers_of_all, _died, _sensors, _motion)
+    parts = (_files, _plugins, _controllers, _died, _sensors, _motion)
     for part in parts if report["simulator"] else (_died,):
         yield from part(report)
 
@@ -120,21 +121,14 @@ def _files(report):
         text = f"{count} of Gazebo's database {verb} missing: {listed(names)}"
         yield Problem(f"{text}; ./run add models {' '.join(names)}", count)
     for cause, rest in missing.items():
-        (noun, what), rest = _noun(cause), list(rest)
+        nouns, what = cause.replace("included ", "").split(" ", 1)
+        noun, rest = {"meshes": "mesh"}.get(nouns, nouns[:-1]), list(rest)
         if len(rest) == 1:
-            without = f"{noun} {rest[0].rpartition('/')[2]}"
-            yield Problem(
-                f"{noun} {rest[0]} {what.replace('are ', 'is ')}", without, noun != "mesh"
-            )
+            what, without = what.replace("are ", "is "), f"{noun} {rest[0].rpartition('/')[2]}"
+            yield Problem(f"{noun} {rest[0]} {what}", without, noun != "mesh")
         elif rest:
-            without = f"{len(rest)} {noun}{'es' if noun == 'mesh' else 's'}"
+            without = f"{len(rest)} {nouns}"
             yield Problem(f"{without} {what}: {listed(rest)}", without, noun != "mesh")
-
-
-def _noun(cause):
-    """What is missing, in the singular, and what is said of it."""
-    words = cause.replace("included ", "").split(" ", 1)
-    return {"models": "model", "meshes": "mesh", "heightmaps": "heightmap"}[words[0]], words[1]
 
 
 def _plugins(report):
@@ -148,11 +142,23 @@ def _plugins(report):
         yield Problem(_lost(report, text), without, True, drives)
 
 
-def _controllers_of_all(report):
+def _controllers(report):
     for model in robots(report):
-        some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
-        for text in _controllers(report, model):
-            yield Problem(text, text.partition(" is ")[0] if some_run else "")
+        if model["control_namespace"] is None:
+            continue
+        where, loaded = model["control_namespace"] or "/", model.get("controllers")
+        if loaded is None:
+            text = f"the controller_manager of {model['name']} in {where} does not answer"
+            yield Problem(text)
+        elif not loaded:
+            question = ": is there a spawner, and its YAML?"
+            hint = check_companions.hint(report, "controllers", question)
+            yield Problem(f"no controller is loaded in {where}{hint}")
+        states = [state for _, _, state in loaded or ()]
+        for name, _, state in loaded or ():
+            if state != "running":
+                who = f"controller {name} in {where}"
+                yield Problem(f"{who} is {state}", who if "running" in states else "")
 
 
 def _died(report):
@@ -253,7 +259,7 @@ def listed(names):
 
 def losses(report):
     """What the files name and is not there, once each."""
-    texts = [text for model in report["models"] for text in model.get("lost", ())]
+    texts = [text for model in report.get("models", ()) for text in model.get("lost", ())]
     return list(dict.fromkeys([*report.get("lost", ()), *texts]))
 
 
@@ -288,31 +294,20 @@ def _refused(report):
     return "; ".join([sentence, *(text for text in remedies if not text.endswith(": None"))])
 
 
-def _is_installed(report, kind):
-    """Whether the package of a node that cannot start is there; those that are not come first."""
-    return report.get("builders", {}).get(kind, (None, True))[1]
-
-
 def _cannot(report, package, kind):
-    builder = report.get("builders", {}).get(kind)
-    if builder is None:
-        return (
-            f"node {package}/{kind} cannot start: package {package} has no such node; is the type "
-            "spelt as its file, and the file executable?"
-        )
-    package_of_it, is_there, against = (*builder, "")[:3]
-    if not is_there:
+    owner, is_there, against = (*report.get("builders", {}).get(kind, ("", True)), "")[:3]
+    if not owner:
+        why = f"package {package} has no such node; is the type spelt as its file, and the file "
+        why += "executable?"
+    elif not is_there:
         remedy = report.get("remedies", {}).get(package, check_remedies.GENERIC)
-        return f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
-    if against:
-        return (
-            f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which asks for "
-            f"{against}, and that does not exist here; a node in Python can take its place"
-        )
-    return (
-        f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built; "
-        "build the workspace with catkin_make"
-    )
+        why = f"package {package} is not installed; {remedy}"
+    elif against:
+        why = f"it is C++ of {owner}, which asks for {against}, and that does not exist here; a "
+        why += "node in Python can take its place"
+    else:
+        why = f"it is C++ of {owner}, which is not built; build the workspace with catkin_make"
+    return f"node {package}/{kind} cannot start: {why}"
 
 
 def _without_interpreter(script, interpreter):
@@ -346,23 +341,6 @@ def _stance(model):
     if after["position"][2] < LOWEST:
         said.append(f"robot {name} has fallen to z = {after['position'][2]:.1f} m")
     return said
-
-
-def _controllers(report, model):
-    if model["control_namespace"] is None:
-        return []
-    where = f"{model['control_namespace'] or '/'}"
-    if model.get("controllers") is None:
-        return [f"the controller_manager of {model['name']} in {where} does not answer"]
-    if not model["controllers"]:
-        question = ": is there a spawner, and its YAML?"
-        hint = check_companions.hint(report, "controllers", question)
-        return [f"no controller is loaded in {where}{hint}"]
-    return [
-        f"controller {name} in {where} is {state}"
-        for name, _, state in model["controllers"]
-        if state != "running"
-    ]
 
 
 def _is_slow(sensor):

@@ -4,6 +4,10 @@ import os
 import subprocess
 
 from commands.bootstrap import step
+from commands.paths import ROOT
+
+# In this clone, whoever owns it.
+OURS = ("git", "--no-optional-locks", "-c", f"safe.directory={ROOT}", "-C", ROOT)
 
 
 def git(folder, *words):

@@ -46,6 +46,34 @@ def take_results(path):
         )
 
 
+def listen(asked, ports, address="127.0.0.1"):
+    """Opens a port.
+
+    Args:
+        asked: Its number; None for the first free one of some.
+        ports: A range of numbers.
+
+    Returns:
+        Listening socket.
+
+    Raises:
+        CommandError: There is none.
+    """
+    for number in ports if asked is None else [asked]:
+        server = socket.socket()
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            server.bind((address, number))
+        except OSError as error:
+            server.close()
+            problem = error.strerror
+            continue
+        server.listen(100)
+        return server
+    asked = f"{ports[0]} to {ports[-1]}" if asked is None else asked
+    raise CommandError(f"cannot listen on port {asked}: {problem}", "--port NUMBER takes another")
+
+
 def held():
     """File descriptors of the names, for pass_fds."""
     return tuple(sign.fileno() for sign in _held)

@@ -172,6 +172,21 @@ def whole_number(name, least=1, most=None):
     return read
 
 
+def number(name, most):
+    """Makes an argument type that takes a number above 0, at most some other one."""
+
+    def read(value):
+        try:
+            number = float(value)
+        except ValueError:
+            number = 0.0
+        if not 0.0 < number <= most:
+            raise UsageError(f"{name} is {value!r}; it must be a number above 0, at most {most}")
+        return number
+
+    return read
+
+
 port = whole_number("port", 1, 65535)
 
 

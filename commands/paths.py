@@ -69,6 +69,12 @@ def read(path):
         return ""
 
 
+def tail(path, count):
+    """Returns the last lines of a log."""
+    with open(path, encoding="utf-8", errors="replace") as stream:
+        return stream.read().splitlines()[-count:]
+
+
 def read_xml(path):
     """Returns an XML file's text without its comments; empty where there is no such file."""
     return re.sub(r"<!--.*?-->", "", read(path), flags=re.DOTALL)

@@ -160,7 +160,5 @@ def stop(children):
 
 
 def _send(send, number, signal):
-    try:
+    with contextlib.suppress(ProcessLookupError):
         send(number, signal)
-    except ProcessLookupError:
-        pass

@@ -21,7 +21,7 @@ import zipfile
 from commands import processes
 from commands.bare import host
 from commands.errors import CommandError, say
-from commands.paths import CACHE, ROOT, SYSTEM_PATH, read, write
+from commands.paths import CACHE, ROOT, SYSTEM_PATH, tail, write
 
 ISOLATED = ("bwrap", "--die-with-parent", "--unshare-pid")
 PROJECT = "/project"  # in the machine
@@ -160,7 +160,7 @@ class Machine:
             raise CommandError(
                 f"mmdebstrap made no Debian {self._suite} from {mirror}",
                 f"The end of {log}:",
-                *(f"| {line}" for line in read(log).splitlines()[-TAIL:]),
+                *(f"| {line}" for line in tail(log, TAIL)),
             ) from None
         os.replace(part, self._base)
 

@@ -285,9 +285,16 @@ def _entry(package, target, error):
     header = _NO_HEADER.search(f"fatal error: {error.partition(': ')[2]}")
     if header:
         first = header[1].partition("/")[0]
-        if first in SIMULATOR_HEADERS:
-            return LeftOut(package, target, f"it includes Gazebo's {header[1]}", GAZEBO)
-        if first in CONTROL_HEADERS:
-            return LeftOut(package, target, f"it includes {header[1]} of ros_control", OWN)
+        owner = owner_of(first)
+        if owner:
+            remedy = GAZEBO if owner == "Gazebo" else OWN
+            return LeftOut(package, target, f"it includes {owner}'s {header[1]}", remedy)
         return LeftOut(package, target, *_missing(first, f"it includes {header[1]}"))
     return LeftOut(package, target, error[:200], "see .cache/log/build_workspace.log")
+
+
+def owner_of(header):
+    """Returns whose headers are below a folder, of those that do not exist here; or ""."""
+    if header in SIMULATOR_HEADERS:
+        return "Gazebo"
+    return "ros_control" if header in CONTROL_HEADERS else ""

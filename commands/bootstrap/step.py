@@ -13,7 +13,7 @@ import time
 
 from commands import processes
 from commands.errors import CommandError, say
-from commands.paths import KEPT, LOGS, ROOT, relative
+from commands.paths import KEPT, LOGS, ROOT, relative, tail
 
 LOCK = os.path.join(KEPT, "lock")  # ./run takes it, too, while there is no python3
 LOCK_LIMIT = 1800.0  # [s]
@@ -196,11 +196,9 @@ class Step:
 
     def tick(self):
         """Says every EVERY seconds, where there is no terminal, how long it takes."""
-        if self.begun is None or self._seconds() == self._said:
-            return
-        self._said = self._seconds()
-        if self._said % EVERY == 0:
-            say(f"{self.title} ... {self._said} s")
+        if self._seconds() // EVERY > self._said:
+            self._said = self._seconds() // EVERY
+            say(f"{self.title} ... {self._seconds()} s")
 
     def fail(self, error):
         """Prints the end of the log.
@@ -212,9 +210,8 @@ class Step:
         with open(self.log, "a", encoding="utf-8") as stream:
             stream.write(f"{error}\n")
         self._end(f"FAILED after {self._seconds()} s. The end of {relative(self.log)}:")
-        with open(self.log, encoding="utf-8", errors="replace") as stream:
-            for line in stream.read().splitlines()[-TAIL:]:
-                say(f"    | {line}")
+        for line in tail(self.log, TAIL):
+            say(f"    | {line}")
         raise CommandError(
             f"the step '{self._name}' failed",
             self._advice,

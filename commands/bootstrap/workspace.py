@@ -114,17 +114,24 @@ def installed_elsewhere():
 
 def users_packages():
     """Finds the packages that a user has put into src/: of each name its folder."""
-    return {
-        name: path
-        for name, path in manifests_of(SOURCES, skipped=STANDINS).items()
-        if os.path.relpath(path, SOURCES).split(os.sep)[0] not in OURS
-    }
+    below = manifests_of(SOURCES, skipped=STANDINS)
+    return {name: path for name, path in below.items() if top(path) not in OURS}
+
+
+def top(path):
+    """Returns the folder in src/ that a path is in."""
+    return os.path.relpath(path, SOURCES).split(os.sep)[0]
+
+
+def _manifests_of_users():
+    """Lists the package.xml files of a user, those that catkin refuses among them."""
+    below = rule().manifests_below(SOURCES, STANDINS)
+    return [path for path in below if top(path) not in OURS]
 
 
 def _refuse(environ):
     """Hides the packages of a user whose package.xml catkin refuses; returns them as LeftOut."""
-    below = [os.path.dirname(path) for path in rule().manifests_below(SOURCES, STANDINS)]
-    theirs = [p for p in below if os.path.relpath(p, SOURCES).split(os.sep)[0] not in OURS]
+    theirs = [os.path.dirname(path) for path in _manifests_of_users()]
     refused = left_out.refused(theirs, environ)
     rule().mark_refused(theirs, refused)
     return [
@@ -140,11 +147,8 @@ def _refuse(environ):
 def copies():
     """Finds the packages of a user that are in several places of src/: of each name the folders."""
     result = {}
-    for path in rule().manifests_below(SOURCES, STANDINS):
-        folder = os.path.dirname(path)
-        if os.path.relpath(folder, SOURCES).split(os.sep)[0] not in OURS:
-            named = rule().name_of(path)
-            result.setdefault(named, []).append(folder)
+    for path in _manifests_of_users():
+        result.setdefault(rule().name_of(path), []).append(os.path.dirname(path))
     return {name: folders for name, folders in result.items() if name and len(folders) > 1}
 
 

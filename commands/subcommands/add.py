@@ -21,7 +21,7 @@ import subprocess
 from commands import bootstrap, gazebo_libraries, gazebo_models, sources
 from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, relative, write
+from commands.paths import CACHE, PYTHON, ROOT, read, relative, write
 from commands.repositories import bring, local
 from commands.sources import Repository
 from commands.subcommands import deps, setup
@@ -108,7 +108,8 @@ def _lacking(words, folder):
     answer = deps.find(folders)
     if gazebo_models.named_in(folders):
         gazebo_models.add(folders, _clone_of_models(folder))
-    return {**dict.fromkeys(answer.launched_from_nowhere(), ()), **answer.nowhere}
+    launched = [name for name, packages in answer.launched.items() if not packages]
+    return {**dict.fromkeys(launched, ()), **answer.nowhere}
 
 
 def bring_all(typed, lacking, folder):
@@ -140,17 +141,14 @@ def bring_all(typed, lacking, folder):
                 nowhere[name] = lacking[name]
         leave_copies(came)
         known |= lacking.keys()
-        folders = [path for path in workspace.users_packages().values() if _top(path) in came]
+        folders = [
+            path for path in workspace.users_packages().values() if workspace.top(path) in came
+        ]
         if not (folders and deps.has_lists()):
             return nowhere
         lacking = deps.find(folders, tests=False).nowhere
         if lacking.keys() <= known:
             return nowhere
-
-
-def _top(path):
-    """Returns the folder in src/ that a path is in."""
-    return os.path.relpath(path, SOURCES).split(os.sep)[0]
 
 
 def sizes(users, names):
@@ -162,7 +160,7 @@ def sizes(users, names):
     """
     repositories, total = {}, 0
     for name in sorted(names):
-        repositories.setdefault(_top(users[name]), []).append(name)
+        repositories.setdefault(workspace.top(users[name]), []).append(name)
     for top, packages in repositories.items():
         walks = [walk for name in packages for walk in os.walk(users[name])]
         paths = [os.path.join(directory, name) for directory, _, inside in walks for name in inside]
@@ -218,7 +216,7 @@ def leave_copies(names):
     known = sources.folders()
 
     def rank(path):
-        repository = _top(path)
+        repository = workspace.top(path)
         return repository in known, names.index(repository) if repository in names else -1
 
     for name, folders in sorted(workspace.copies().items()):

@@ -21,6 +21,7 @@ import sys
 from commands import parsing, processes
 from commands.bare.host import SUITES
 from commands.errors import CommandError, say
+from commands.git import OURS
 from commands.paths import OUT, ROOT, SYSTEM_PATH
 
 USAGE = "[--suite bookworm|trixie] [COMMAND ...]"
@@ -57,7 +58,7 @@ def run(arguments):
     """Runs the command; its exit status is the machine's."""
     from commands.bare.machine import Machine
 
-    options, words = split(arguments)
+    options, words = parsing.split("bare", sys.modules[__name__], arguments)
     words = words or DEFAULT
     check()
     if options.check:
@@ -73,15 +74,6 @@ def run(arguments):
             mark=(MARK, f"results of ./run bare {' '.join(words)}\n"),
         )
     return status
-
-
-def split(arguments):
-    """Parts the options from the command behind them.
-
-    Returns:
-        (argparse.Namespace, list of words).
-    """
-    return parsing.split("bare", sys.modules[__name__], arguments)
 
 
 def check():
@@ -143,8 +135,7 @@ def ours():
 
 def announce(suite, words, results):
     """Tells what runs where, before it does: the command's own last line stays the last."""
-    git = ["git", "--no-optional-locks", "-c", f"safe.directory={ROOT}", "-C", ROOT]
-    state = subprocess.run([*git, "status", "--porcelain"], capture_output=True, text=True)
+    state = subprocess.run([*OURS, "status", "--porcelain"], capture_output=True, text=True)
     changed = len(state.stdout.splitlines())
     if changed:
         say(f"bare: not in it: {changed} changed or new files, which are not committed")

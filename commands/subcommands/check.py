@@ -14,6 +14,7 @@ Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cac
 
 import collections
 import contextlib
+import glob
 import json
 import os
 import pathlib
@@ -27,12 +28,14 @@ from commands import (
     check_verdict,
     environment,
     launching,
+    parsing,
     processes,
     supervisor,
 )
 from commands.check_roslaunch import TOGETHER
 from commands.errors import CommandError, UsageError, say
 from commands.paths import OUT, ROOT, VENV_PYTHON, read, relative
+from commands.subcommands import deps
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...] [+ PACKAGE FILE.launch ...]"
 LAUNCH = None  # takes the arguments of any launch file
@@ -48,9 +51,8 @@ def add_arguments(parser):
     parser.add_argument("package", metavar="PACKAGE", help="a catkin package")
     parser.add_argument("file", metavar="FILE.launch", help="its launch file")
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
-    parser.add_argument(
-        "--seconds", metavar="N", type=_seconds, default=8.0, help="how long it is watched (8)"
-    )
+    seconds = parsing.number("seconds", 3600)
+    parsing.add_options(parser, ("--seconds", "N", seconds, 8.0, "how long it is watched (8)"))
 
 
 def run(options, rest):
@@ -63,8 +65,10 @@ def run(options, rest):
     missing = check_remedies.missing_packages(report)
     report["remedies"] = {name: check_remedies.for_package(name) for name in missing}
     report["checked"] = [options.package, options.file]
-    report["companions"] = _companions(files, environ)
-    report["stale"] = built_elsewhere(_folder(options.package, environ))
+    place, checked = _folder(options.package, environ), {file[:2] for file in files}
+    packages = environ.get("ROS_PACKAGE_PATH", "")
+    report["companions"] = check_companions.find(place, packages, checked)
+    report["stale"] = built_elsewhere(place)
     for name in ("problems", "notes", "verdict"):
         report[name] = getattr(check_verdict, name)(report)
     report["log"] = os.path.join(folder, LOG)
@@ -178,16 +182,6 @@ def together(files, path, environ):
     return path
 
 
-def _companions(files, environ):
-    """Launch files that may bring what is missing, of the packages beside the first one."""
-    try:
-        folder = _folder(files[0][0], environ)
-    except CommandError:
-        return {}
-    checked = {(package, file) for package, file, _ in files}
-    return check_companions.find(folder, environ.get("ROS_PACKAGE_PATH", ""), checked)
-
-
 def built_elsewhere(folder):
     """A sentence where a package's workspace has the build of another machine, else None."""
     pattern = re.compile(r"^(?:CMAKE_HOME_DIRECTORY:INTERNAL=)?(/.*)/src(?:;|$)", re.MULTILINE)
@@ -217,12 +211,11 @@ def _folder(package, environ):
 
 
 def _launch_file(package, file, environ):
-    there = []
-    for directory, below, names in os.walk(_folder(package, environ)):
-        below.sort()
-        if file in names:
-            return os.path.join(directory, file)
-        there += sorted(name for name in names if name.endswith(".launch"))
+    folder = _folder(package, environ)
+    named = f"{glob.escape(folder)}/**/{glob.escape(file)}"
+    for path in sorted(glob.glob(named, recursive=True)):
+        return path
+    there = list(map(os.path.basename, deps.launch_files(folder)))
     raise CommandError(
         f"the package {package!r} has no file {file!r}",
         f"It has {check_verdict.listed(there)}" if there else "It has no launch files",
@@ -250,16 +243,6 @@ def kept_replay(folder, package, file):
             os.remove(kept)  # of another check
         return None
     return kept
-
-
-def _seconds(text):
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0.0 < seconds <= 3600.0:
-        raise UsageError(f"seconds is {text!r}; it must be a number above 0, at most 3600")
-    return seconds
 
 
 def page(report, seconds):

@@ -17,7 +17,7 @@ import xml.etree.ElementTree as ElementTree
 
 from commands import environment, locks, processes
 from commands.errors import CommandError, UsageError, say
-from commands.paths import KEPT, SYSTEM_PATH, VENV_PYTHON
+from commands.paths import KEPT, SYSTEM_PATH, VENV_PYTHON, tail
 from commands.subcommands import deps
 
 USAGE = "[--out FOLDER] [PATH]"
@@ -174,9 +174,8 @@ class Tests:
         word = "ok" if status == 0 else "FAILED"
         say(f"{name} ... {word} ({time.monotonic() - begin:.0f} s)")
         if status != 0:
-            with open(log, encoding="utf-8", errors="replace") as stream:
-                for line in stream.read().splitlines()[-LOG_LINES:]:
-                    say(f"    | {line}")
+            for line in tail(log, LOG_LINES):
+                say(f"    | {line}")
         return status
 
     def run(self):

@@ -28,16 +28,7 @@ from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, os_release, read, read_xml, write
 
 USAGE = "[--names] [PATH]"
-DEPEND_TAGS = (
-    "depend",
-    "build_depend",
-    "build_export_depend",
-    "buildtool_depend",
-    "buildtool_export_depend",
-    "exec_depend",
-    "run_depend",
-    "test_depend",
-)
+OTHER_TAGS = ("doc_depend", "group_depend")  # that end with depend, too
 OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
 ROSDEPS_LIST = os.path.join(ROOT, "config", "rosdep", "rosdep.yaml")  # of ./run add --refresh
 LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
@@ -47,7 +38,6 @@ WIDTH = 96
 # Stand-ins without C++ of packages that Debian has: C++ that includes their headers needs Debian's.
 PYTHON_ONLY = ("cv_bridge",)
 VARIABLES = {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic"}
-_WORDS = re.compile(r"'[^']*'|\"[^\"]*\"|[=!<>]=|[<>()]|[\w$.-]+")
 _IN_LAUNCH_FILE = re.compile(r"\bpkg\s*=\s*[\"']([\w-]+)[\"']|\$\(find ([\w-]+)\)")
 
 
@@ -131,9 +121,10 @@ def read_manifest(path):
         raise UsageError(f"{path} is no package.xml: it has no <package> with a <name>")
     wanted = {}
     for element in root:
-        text = (element.text or "").strip()
-        if element.tag in DEPEND_TAGS and text and _stands(element.get("condition", "")):
-            wanted.setdefault(text, []).append(element.tag)
+        text, tag = (element.text or "").strip(), element.tag
+        asks = text and tag.endswith("depend") and tag not in OTHER_TAGS
+        if asks and _stands(element.get("condition")):
+            wanted.setdefault(text, []).append(tag)
     return name, wanted
 
 
@@ -146,7 +137,7 @@ def readable(paths):
     """Reads package.xml files; of several, those that are none are named and left out.
 
     Returns:
-        (paths, what read_manifest() returns of each).
+        Dict from the path of each to what read_manifest() returns.
 
     Raises:
         UsageError: There is one, and it is none.
@@ -159,16 +150,18 @@ def readable(paths):
             if len(paths) == 1:
                 raise
             say(f"left out: {error}")
-    return list(found), list(found.values())
+    return found
 
 
 def named_in_launch_files(folder):
     """Returns the packages of which the launch files of a package start nodes or take files."""
-    names = set()
-    for path in glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True):
-        named = _IN_LAUNCH_FILE.findall(read_xml(path))
-        names |= {first or second for first, second in named}
-    return names
+    named = [_IN_LAUNCH_FILE.findall(read_xml(path)) for path in launch_files(folder)]
+    return {first or second for pairs in named for first, second in pairs}
+
+
+def launch_files(folder):
+    """Lists the launch files at and below a folder."""
+    return sorted(glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True))
 
 
 def in_cpp(manifest, name):
@@ -178,15 +171,17 @@ def in_cpp(manifest, name):
 
 
 def _stands(condition):
-    """Whether a condition of format 3 (REP 149) lets a dependency stand."""
-    words = [
-        word if word in ("and", "or") or not re.match(r"[\w$'\"]", word)
-        else repr(VARIABLES.get(word[1:], "") if word[0] == "$" else word.strip("'\""))
-        for word in _WORDS.findall(condition)
-    ]  # fmt: skip
+    """Whether a condition of format 3 (REP 149) lets a dependency stand; None: there is none."""
+    if not condition:
+        return True
     try:
-        return not words or bool(eval(" ".join(words), {"__builtins__": {}}))
-    except SyntaxError:  # catkin names it
+        from catkin_pkg.condition import evaluate_condition
+    except ImportError:
+        prepare()  # which rosdep brings with it
+        from catkin_pkg.condition import evaluate_condition
+    try:
+        return evaluate_condition(condition, VARIABLES)
+    except ValueError:  # catkin names it
         return True
 
 
@@ -265,10 +260,6 @@ class Answer:
     nowhere: dict = field(default_factory=dict)
     launched: dict = field(default_factory=dict)
 
-    def launched_from_nowhere(self):
-        """Lists what only launch files ask for and Debian does not have."""
-        return [name for name, packages in self.launched.items() if not packages]
-
 
 def ours():
     """Lists the packages of Paddock's workspace, and what its stand-ins answer for."""
@@ -297,44 +288,41 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
         Answer.
     """
     folders = [folder] if isinstance(folder, str) else folder
-    paths = [path for place in folders for path in find_manifests(place)]
-    paths, manifests = readable(paths)
+    manifests = readable([path for place in folders for path in find_manifests(place)])
     paddock = ours() if paddock is None else paddock
     sourced = of_sourced_ros()
-    answer = Answer(packages=[name for name, _ in manifests])
+    answer = Answer(packages=[name for name, _ in manifests.values()])
     asking, launching = {}, set()
-    for path, (name, wanted) in zip(paths, manifests):
-        components = left_out.components_of(os.path.dirname(path))
-        if not tests:
-            wanted = without_tests(wanted)
-        for dependency in dict.fromkeys([*wanted, *components]):
+    for path, (name, wanted) in manifests.items():
+        place = os.path.dirname(path)
+        wanted = wanted if tests else without_tests(wanted)
+        for dependency in dict.fromkeys([*wanted, *left_out.components_of(place)]):
             asking.setdefault(dependency, []).append(name)
-        launching |= named_in_launch_files(os.path.dirname(path))
+        launching |= named_in_launch_files(place)
         paddock = paddock - {name for name in PYTHON_ONLY if name in asking and in_cpp(path, name)}
-    elsewhere = {*(name for name, _ in manifests), *paddock, *sourced}
+    elsewhere = {*answer.packages, *paddock, *sourced}
     launching -= elsewhere | asking.keys()
-    possible = dict.fromkeys([*asking, *launching], ())
-    possible.update(resolve({*asking, *launching} - elsewhere, not ros.prefix()))
+    possible = resolve({*asking, *launching} - elsewhere, not ros.prefix())
     known = existing([choice for choices in possible.values() for choice in choices])
     there = installed(known)
-    for name, askers in sorted(asking.items()):
-        choices = [choice for choice in possible[name] if choice in known]
+    for name in [*sorted(asking), *sorted(launching)]:
+        choices = [choice for choice in possible.get(name, ()) if choice in known]
+        lacking = [choice for choice in choices if choice not in there]
         if name in answer.packages:
             answer.here.append(name)
         elif name in paddock:
             answer.paddock.append(name)
         elif name in sourced:
             answer.sourced.append(name)
+        elif name in launching:
+            if lacking or not choices:
+                answer.launched[name] = lacking
         elif not choices:
-            answer.nowhere[name] = askers
-        elif set(choices) <= there:
-            answer.installed[name] = choices
+            answer.nowhere[name] = asking[name]
+        elif lacking:
+            answer.missing[name] = lacking
         else:
-            answer.missing[name] = [choice for choice in choices if choice not in there]
-    for name in sorted(launching):
-        choices = [choice for choice in possible[name] if choice in known]
-        if not choices or not set(choices) <= there:
-            answer.launched[name] = [choice for choice in choices if choice not in there]
+            answer.installed[name] = choices
     return answer
 
 
@@ -371,12 +359,13 @@ def launched(answer):
     if not answer.launched:
         return []
     return ["launch files also ask for:"] + [
-        f"  {name}{_with(_of_debian(packages) or sources.adding(name))}"
+        f"  {name}{_with(apt_get(packages) or sources.adding(name))}"
         for name, packages in answer.launched.items()
     ]
 
 
-def _of_debian(names):
+def apt_get(names):
+    """Returns the command that installs Debian packages; empty: there are none."""
     return f"apt-get install {' '.join(names)}" if names else ""
 
 

@@ -28,9 +28,9 @@ import subprocess
 import sys
 import tempfile
 
-from commands import environment, parsing, processes
+from commands import environment, locks, parsing, processes
 from commands.errors import CommandError, UsageError, say
-from commands.paths import PYTHON, ROOT
+from commands.paths import PYTHON, ROOT, tail
 
 USAGE = "[--size WxH] [--port N] [--share] [COMMAND ...]"
 COMMAND = True  # options behind the command are its own
@@ -40,7 +40,6 @@ SHOWN = {"truck": ["rviz:=true"], "world": ["rviz:=true"], "lap": ["rviz:=true"]
 ALWAYS = {"lap": ["platform:=xcb"]}  # the window of the drivers that use one
 COOKIE = b"MIT-MAGIC-COOKIE-1"
 WILD = 0xFFFF  # FamilyWild of X authority files: any host, any display
-PASSWORD_LENGTHS = range(6, 9)  # VNC takes no more than 8 characters
 # Not one key or button is bound: keys belong to the windows, and nothing here starts a program.
 WINDOWS_CONFIG = """\
 # i3 config file (v4)
@@ -55,7 +54,16 @@ WEB = os.path.join(ROOT, "commands", "desk_web.py")
 PAGE = "/usr/share/novnc"
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = range(6080, 6280)  # the first free one is taken
+TAIL = 5  # lines of a log, as advice for an error
 GRACE = 10.0  # from SIGTERM to SIGKILL for what the desk started [s]
+
+
+def _is_valid(password):
+    """Returns whether VNC can use a password."""
+    return 6 <= len(password) <= 8 and password.isascii() and password.isprintable()
+
+
+PASSWORD = "DESK_PASSWORD", "desk", "VNC takes 6 to 8 of ASCII", _is_valid
 
 
 def add_arguments(parser):
@@ -72,19 +80,14 @@ def run(arguments):
     """Runs the command on a desk; its exit status is the desk's."""
     from commands.bootstrap import packages
 
-    options, words = split(arguments)
+    options, words = parsing.split("desk", sys.modules[__name__], arguments, "shows")
     command = [os.path.join(ROOT, "run"), *shown(words)]
-    password = asked_password() if options.share else None
+    password = parsing.asked_password(*PASSWORD) if options.share else None
     environment.ready()
     packages.prepare(packages.DESK_SERVER_LIST, packages.DESK_LIST)
     with Desk(environment.callers(), options.size, options.port, password) as desk:
         say(f"the desk, in a browser: {desk.url}")
         return processes.exit_status(desk.run(command))
-
-
-def split(arguments):
-    """Parts the desk's options from the command behind them, as parsing.split()."""
-    return parsing.split("desk", sys.modules[__name__], arguments, "shows")
 
 
 def shown(words):
@@ -93,20 +96,6 @@ def shown(words):
     given = {word.partition(":=")[0] for word in words if ":=" in word}
     more = SHOWN.get(name, []) if not given & {"rviz", "gui"} and "--back" not in words else []
     return [*words, *more, *ALWAYS.get(name, [])]
-
-
-def asked_password():
-    """Returns the password of DESK_PASSWORD, or asks for one.
-
-    Raises:
-        UsageError: There is none, or VNC cannot use it.
-    """
-
-    def is_valid(text):
-        return len(text) in PASSWORD_LENGTHS and text.isascii() and text.isprintable()
-
-    lengths = "VNC takes 6 to 8 of ASCII"
-    return parsing.asked_password("DESK_PASSWORD", "desk", lengths, is_valid)
 
 
 complete = parsing.other_commands("desk")
@@ -155,7 +144,7 @@ class Screen:
         with os.fdopen(reader) as stream:
             number = stream.readline().strip()  # empty when it has ended
         if not number:
-            raise CommandError("the X server of the desk did not start", *tail(log))
+            raise CommandError("the X server of the desk did not start", *tail(log, TAIL))
         self.display = f":{number}"
 
 
@@ -169,12 +158,6 @@ def spawn(command, **popen):
     """
     command = ["setpriv", "--pdeathsig", "TERM", *command]
     return subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, **popen)
-
-
-def tail(log, lines=5):
-    """Returns the last lines of a log, as advice for an error."""
-    with open(log, encoding="utf-8", errors="replace") as stream:
-        return [line for line in stream.read().splitlines() if line][-lines:]
 
 
 def authority_entry(cookie):
@@ -218,34 +201,6 @@ def start_window_manager(folder, environ):
         return spawn(["i3", "-c", config], env=environ, stdout=log, stderr=log)
 
 
-def listen(port, share):
-    """Opens the port on which browsers come in.
-
-    Args:
-        port: Its number; None for the first free one of PORTS.
-        share: Whether other machines can reach it.
-
-    Returns:
-        Listening socket.
-
-    Raises:
-        CommandError: It is taken.
-    """
-    for number in PORTS if port is None else [port]:
-        server = socket.socket()
-        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            server.bind((EVERYWHERE if share else LOOPBACK, number))
-        except OSError as error:
-            server.close()
-            problem = error.strerror
-            continue
-        server.listen(100)
-        return server
-    asked = f"{PORTS[0]} to {PORTS[-1]}" if port is None else port
-    raise CommandError(f"cannot listen on port {asked}: {problem}", "./run desk --port NUMBER ...")
-
-
 class Desk:
     """A desk within a with statement.
 
@@ -269,7 +224,8 @@ class Desk:
     def __enter__(self):
         self._folder = tempfile.mkdtemp(prefix="paddock-desk-")  # for this user only
         try:
-            with listen(self._port, self._password is not None) as server:
+            address = LOOPBACK if self._password is None else EVERYWHERE
+            with locks.listen(self._port, PORTS, address) as server:
                 screen = Screen(self._folder, self._size, self._password)
                 self._parts["screen"] = screen.process
                 self.environ.update(
@@ -324,5 +280,5 @@ class Desk:
         for name, process in list(self._parts.items()):
             if process.poll() is not None:
                 del self._parts[name]
-                log = tail(os.path.join(self._folder, f"{name}.log"))
+                log = tail(os.path.join(self._folder, f"{name}.log"), TAIL)
                 say("\n".join([f"the desk has lost its {name}:", *log]))

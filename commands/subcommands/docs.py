@@ -8,9 +8,8 @@ In another user's clone it shows the site that is there, and builds only where t
 """
 
 import os
-import socket
 
-from commands import parsing, processes
+from commands import locks, parsing, processes
 from commands.bootstrap import ros
 from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.bootstrap.venv import ADVICE, extra_requirements
@@ -39,7 +38,10 @@ def run(options, _rest):
     Raises:
         CommandError: The site cannot be built, or something else listens on the port.
     """
-    port = None if options.build else free_port(options.port)
+    port = None
+    if not options.build:
+        with locks.listen(options.port, PORTS) as server:
+            port = server.getsockname()[1]
     environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
     environ.pop("PYTHONPATH", None)
     site, python = OWNERS, ros.python()
@@ -56,27 +58,6 @@ def run(options, _rest):
         say(f"http://{HOST}:{port}/ (Ctrl-C ends it)")
         words = ["http.server", "--bind", HOST, "--directory", site, str(port)]
         processes.become_module(python, words, environ)
-
-
-def free_port(asked):
-    """Finds a port for the server.
-
-    Args:
-        asked: Its number; None for the first free one of PORTS.
-
-    Raises:
-        CommandError: There is none.
-    """
-    for port in PORTS if asked is None else [asked]:
-        with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((HOST, port))
-            except OSError as error:
-                why = error.strerror
-            else:
-                return port
-    raise CommandError(f"port {port} cannot be had: {why}")
 
 
 def prepare():

@@ -12,7 +12,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import UsageError
-from commands.parsing import add_options, existing_file
+from commands.parsing import add_options, existing_file, number
 from commands.paths import VENV_PYTHON
 
 USAGE = "FILE.world | PACKAGE FILE.launch [ARG:=VALUE ...] | FILE.yaml [OPTIONS]"
@@ -27,19 +27,12 @@ def add_arguments(parser):
     height = f"of the lidar ({HEIGHTS[0]}), or of the walls ({HEIGHTS[1]}) [m]"
     add_options(
         parser,
-        ("--height", "M", _positive, None, height),
-        ("--resolution", "M", _positive, 0.05, "side of a cell [m] (0.05)"),
+        ("--height", "M", number("height", 10_000), None, height),
+        ("--resolution", "M", number("resolution", 10_000), 0.05, "side of a cell [m] (0.05)"),
         ("--start", ("X", "Y"), float, None, "of the first look [m]", 2),
-        ("--size", "M", _positive, 60.0, "largest side of a map [m] (60)"),
+        ("--size", "M", number("size", 10_000), 60.0, "largest side of a map [m] (60)"),
         ("--out", "FILE", str, None, "what to write (out/NAME.yaml or .world)"),
     )
-
-
-def _positive(text):
-    value = float(text)
-    if not 0.0 < value < 1e4:
-        raise ValueError
-    return value
 
 
 def run(options, rest):

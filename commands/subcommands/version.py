@@ -9,6 +9,7 @@ import re
 import subprocess
 
 from commands.bootstrap import ros, workspace
+from commands.git import OURS
 from commands.paths import ROOT, os_release, read
 
 
@@ -28,19 +29,9 @@ def version():
 
 def commit():
     """Returns the commit in brackets, "changed" if files differ; empty outside of a git clone."""
-    git = [
-        "git",
-        "-c",
-        f"safe.directory={ROOT}",
-        "-C",
-        ROOT,
-        "describe",
-        "--always",
-        "--dirty= changed",
-        "--exclude=*",
-    ]
+    describe = ["describe", "--always", "--dirty= changed", "--exclude=*"]
     try:
-        done = subprocess.run(git, capture_output=True, text=True, timeout=20)
+        done = subprocess.run([*OURS, *describe], capture_output=True, text=True, timeout=20)
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return f" ({done.stdout.strip()})" if done.returncode == 0 else ""

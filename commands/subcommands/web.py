@@ -47,18 +47,11 @@ def run(options, rest):
     launch = BESIDE if beside else LAUNCH
     arguments = launch.check(rest)
     if options.share:
-        environ[PASSWORD] = asked_password()
+        lengths = f"it must have {SHORTEST} or more"
+        environ[PASSWORD] = parsing.asked_password(
+            PASSWORD, "page", lengths, lambda text: len(text) >= SHORTEST
+        )
     if beside:
         say(f"a page for the simulator on {environ['ROS_MASTER_URI']}")
     arguments += [f"port:={options.port}", f"share:={str(options.share).lower()}"]
     launching.become(launch, arguments, environ)
-
-
-def asked_password():
-    """Returns the password of the environment, or asks for one.
-
-    Raises:
-        UsageError: There is none, or it is too short.
-    """
-    lengths = f"it must have {SHORTEST} or more"
-    return parsing.asked_password(PASSWORD, "page", lengths, lambda text: len(text) >= SHORTEST)

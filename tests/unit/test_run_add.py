@@ -103,7 +103,7 @@ def here(tmp_path, monkeypatch):
     """An empty src/; returns it."""
     folder = tmp_path / "clone" / "src"
     folder.mkdir(parents=True)
-    for module in (add, repositories, workspace):
+    for module in (repositories, workspace):
         monkeypatch.setattr(module, "SOURCES", str(folder))
     for module in (add, repositories):
         monkeypatch.setattr(module, "CACHE", str(tmp_path))

@@ -7,18 +7,24 @@ import struct
 
 import pytest
 
+from commands import locks, parsing
 from commands.errors import CommandError, UsageError
 from commands.subcommands import desk
 
 
+def split(words):
+    """The options of the desk, and the command behind them."""
+    return parsing.split("desk", desk, words, "shows")
+
+
 def test_options_of_the_desk_stand_before_the_command():
     words = ["lap", "--driver", "line", "--port", "7"]
-    options, command = desk.split(["--size", "1280x720", "--share", "--port", "9000", *words])
+    options, command = split(["--size", "1280x720", "--share", "--port", "9000", *words])
     assert (options.size, options.port, options.share) == ("1280x720", 9000, True)
     assert command == words
-    options, command = desk.split(["--size=800x600"])
+    options, command = split(["--size=800x600"])
     assert (options.size, options.port, options.share, command) == ("800x600", None, False, [])
-    assert desk.split(["track:=hard"])[1] == ["track:=hard"]
+    assert split(["track:=hard"])[1] == ["track:=hard"]
 
 
 @pytest.mark.parametrize(
@@ -34,7 +40,7 @@ def test_options_of_the_desk_stand_before_the_command():
 )
 def test_wrong_arguments(words, sentence):
     with pytest.raises(UsageError) as error:
-        desk.split(words)
+        split(words)
     assert sentence in str(error.value)
 
 
@@ -57,27 +63,27 @@ def test_commands_without_a_window_show_rviz(words, expected):
 
 def test_the_password_comes_from_the_environment(monkeypatch):
     monkeypatch.setenv("DESK_PASSWORD", "parking")
-    assert desk.asked_password() == "parking"
+    assert parsing.asked_password(*desk.PASSWORD) == "parking"
     monkeypatch.setattr("sys.stdin", io.StringIO())  # it is taken out: programs do not inherit it
     with pytest.raises(UsageError, match="--share needs a password, and DESK_PASSWORD is not set"):
-        desk.asked_password()
+        parsing.asked_password(*desk.PASSWORD)
 
 
 @pytest.mark.parametrize("password", ["", "short", "far too long", "größer"])
 def test_passwords_that_vnc_cannot_use(monkeypatch, password):
     monkeypatch.setenv("DESK_PASSWORD", password)
     with pytest.raises(UsageError, match=f"has {len(password)} characters; VNC takes 6 to 8"):
-        desk.asked_password()
+        parsing.asked_password(*desk.PASSWORD)
 
 
 def test_the_first_free_port_is_taken_and_a_given_one_has_to_be_free():
-    with desk.listen(None, share=False) as first, desk.listen(None, share=False) as second:
+    with locks.listen(None, desk.PORTS) as first, locks.listen(None, desk.PORTS) as second:
         address, taken = first.getsockname()
         assert address == "127.0.0.1" and taken in desk.PORTS
         assert second.getsockname()[1] > taken
         with pytest.raises(CommandError, match=f"cannot listen on port {taken}: Address already"):
-            desk.listen(taken, share=False)
-    with desk.listen(None, share=True) as server:
+            locks.listen(taken, desk.PORTS)
+    with locks.listen(None, desk.PORTS, desk.EVERYWHERE) as server:
         assert server.getsockname()[0] == "0.0.0.0"
 
 

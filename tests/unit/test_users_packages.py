@@ -87,7 +87,9 @@ def test_a_package_that_catkin_refuses_is_left_out_and_named(tmp_path, monkeypat
     assert entry.package in ("p", str(bad)) and why in entry.cause
     assert workspace.users_packages() == {"good": str(good)}
     assert workspace.scan()[1].count(str(manifest)) == 1  # when it is mended, it is built
-    assert deps.readable([f"{good}/package.xml", str(manifest)])[0][0] == f"{good}/package.xml"
+    assert (
+        next(iter(deps.readable([f"{good}/package.xml", str(manifest)]))) == f"{good}/package.xml"
+    )
     plain_cmake.foreign({"p": str(bad)})
     manifest.write_text(text)
     assert workspace._refuse(None) == [] and not (bad / workspace.MARKER).exists()

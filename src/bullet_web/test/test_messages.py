@@ -63,9 +63,12 @@ def test_every_type_and_action_has_an_example():
         ('{"type": ["ack"]}', "type is ['ack'], must be one of"),
         (
             '{"type": "drive", "speed": NaN, "steering": 0}',
-            "speed is nan, must be a number from -1",
+            "speed is nan, must be a finite number from -1",
         ),
-        ('{"type": "drive", "speed": 1e999, "steering": 0}', "speed is inf, must be a number"),
+        (
+            '{"type": "drive", "speed": 1e999, "steering": 0}',
+            "speed is inf, must be a finite number",
+        ),
         ('{"type": "drive", "speed": 1' + 4000 * "0" + ', "steering": 0}', "speed is 1000"),
         ('{"type": "drive", "speed": true, "steering": 0}', "speed is True, must be a number"),
         ('{"type": "drive", "speed": 0.5}', "steering is None, must be a number from -1 to 1"),

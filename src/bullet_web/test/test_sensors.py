@@ -79,7 +79,7 @@ def test_an_image_is_at_most_as_large_as_a_page_and_jpeg_take(size, shown):
 @pytest.mark.parametrize(
     "message, reason",
     [
-        (Image(encoding="yuv9"), "encoding is 'yuv9', must be one of rgb8, bgr8"),
+        (Image(encoding="yuv9"), "encoding is 'yuv9', must be one of sensor_msgs"),
         (
             Image(encoding="rgb8", height=2, width=2, step=6, data=bytes(11)),
             "the image has 11 bytes",

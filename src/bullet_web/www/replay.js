@@ -8,6 +8,16 @@ function bytesOf(text) {
   return bytes.buffer;
 }
 
+/* Index of the last of some times, which grow, that is not after another one; 0 if all are. */
+function lastUntil(time, count, timeOf) {
+  let low = 0, high = count - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (timeOf(middle) <= time) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
 class Replay {
   constructor(data) {
     this.data = data;
@@ -85,11 +95,7 @@ class Replay {
   /* Rows of the bodies at a time, between two frames. */
   state(part, time) {
     const { times, rows, width, bodies } = part;
-    let low = 0, high = times.length - 1;
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (times[middle] <= time) low = middle; else high = middle - 1;
-    }
+    const low = lastUntil(time, times.length, (index) => times[index]);
     const next = Math.min(low + 1, times.length - 1);
     const gap = times[next] - times[low];
     const share = gap > 0 ? Math.min(1, Math.max(0, (time - times[low]) / gap)) : 0;
@@ -115,11 +121,7 @@ class Replay {
   curves(time) {
     const found = {};
     for (const [name, { unit, points }] of Object.entries(this.data.curves)) {
-      let low = 0, high = points.length - 1;
-      while (low < high) {
-        const middle = (low + high + 1) >> 1;
-        if (points[middle][0] <= time) low = middle; else high = middle - 1;
-      }
+      const low = lastUntil(time, points.length, (index) => points[index][0]);
       if (points.length && points[low][0] <= time) found[name] = [points[low][1], unit];
     }
     return found;

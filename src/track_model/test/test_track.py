@@ -15,6 +15,7 @@ from track_model import curves, geometry, source, spec, track, track_file
 
 cv2 = pytest.importorskip("cv2")
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
+COMMON = PACKAGE.parent / "paddock_common" / "src"
 SMALL = "points: [[0, 0], [2, 0], [2, 1.6], [0, 1.6]]\nwidth: 0.5\n"
 
 
@@ -41,7 +42,7 @@ def run(*arguments):
     """Run make_track as roslaunch does; returns (exit code, stdout, stderr)."""
     result = subprocess.run(
         [sys.executable, str(PACKAGE / "scripts" / "make_track"), *arguments],
-        env={**os.environ, "PYTHONPATH": str(PACKAGE / "src")},
+        env={**os.environ, "PYTHONPATH": f"{PACKAGE}/src:{COMMON}"},
         capture_output=True,
         text=True,
         timeout=90,
@@ -257,7 +258,7 @@ def test_cached_answer_imports_no_numpy(small, package):
         [sys.executable, "-c", code],
         capture_output=True,
         timeout=90,
-        env={**os.environ, "PYTHONPATH": str(package / "src")},
+        env={**os.environ, "PYTHONPATH": f"{package}/src:{COMMON}"},
         check=False,
     )
     assert result.returncode == 0

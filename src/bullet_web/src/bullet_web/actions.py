@@ -86,10 +86,9 @@ def parked(text: str) -> str:
     for child in list(root):
         if child.tag == "transmission":
             root.remove(child)
-        elif child.tag == "gazebo":
-            for part in list(child):
-                if part.tag in ("plugin", "sensor"):
-                    child.remove(part)
+        for tag in ("plugin", "sensor") if child.tag == "gazebo" else ():
+            for part in child.findall(tag):
+                child.remove(part)
     return ElementTree.tostring(root, encoding="unicode")
 
 

@@ -7,6 +7,7 @@ and the simulator's bring is handed over by `call_soon_threadsafe`.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import os
 import socket
@@ -210,10 +211,8 @@ class WebNode:
         """The function, to be called from another thread; runs in the loop's."""
 
         def call(*arguments: Any) -> None:
-            try:
+            with contextlib.suppress(RuntimeError):  # the loop is closed: the node ends
                 self._loop.call_soon_threadsafe(function, *arguments)
-            except RuntimeError:  # the loop is closed: the node ends
-                pass
 
         return call
 

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import rospy
 from bullet_sim.pose import Array
+from cv_bridge import CvBridge, CvBridgeError
 from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField, Range
 
 from bullet_web.messages import json_of
@@ -25,24 +26,8 @@ CONE_RAYS = 9  # that stand for the cone of a sensor_msgs/Range
 BUFFER = 1 << 24  # [B] of a subscription: a whole image
 MAX_WIDTH, MAX_HEIGHT = 640, 65500  # [px] of an image on a page; JPEG has no more
 JPEG = [int(cv2.IMWRITE_JPEG_QUALITY), 75]
-CHANNELS = {  # encoding -> (type, channels, conversion to BGR)
-    "rgb8": (np.uint8, 3, cv2.COLOR_RGB2BGR),
-    "bgr8": (np.uint8, 3, None),
-    "rgba8": (np.uint8, 4, cv2.COLOR_RGBA2BGR),
-    "bgra8": (np.uint8, 4, cv2.COLOR_BGRA2BGR),
-    "mono8": (np.uint8, 1, None),
-    "8UC1": (np.uint8, 1, None),
-    "8UC3": (np.uint8, 3, None),
-    "rgb16": (np.uint16, 3, cv2.COLOR_RGB2BGR),
-    "bayer_rggb8": (np.uint8, 1, cv2.COLOR_BayerBG2BGR),  # OpenCV counts from the second pixel
-    "bayer_bggr8": (np.uint8, 1, cv2.COLOR_BayerRG2BGR),
-    "bayer_gbrg8": (np.uint8, 1, cv2.COLOR_BayerGR2BGR),
-    "bayer_grbg8": (np.uint8, 1, cv2.COLOR_BayerGB2BGR),
-    "mono16": (np.uint16, 1, None),
-    "16UC1": (np.uint16, 1, None),
-    "32FC1": (np.float32, 1, None),
-    "32SC1": (np.int32, 1, None),
-}
+COLORLESS = ("mono8", "8UC1", "8UC3")  # shown as they are: 8UC3 is taken for BGR
+_BRIDGE = CvBridge()
 
 
 def packed(head: dict[str, Any], payload: bytes) -> bytes:
@@ -61,26 +46,25 @@ def picture(message: Any) -> Array:
     Raises:
         ValueError: the encoding is not known, or the data is too short.
     """
-    if message.encoding not in CHANNELS:
-        raise ValueError(f"encoding is {message.encoding!r}, must be one of {', '.join(CHANNELS)}")
-    kind, channels, conversion = CHANNELS[message.encoding]
-    dtype = np.dtype(kind).newbyteorder(">" if message.is_bigendian else "<")
-    height, width = message.height, message.width
-    row = width * channels * dtype.itemsize
-    if not height or not width or message.step < row or len(message.data) < height * message.step:
+    try:
+        kind, channels = _BRIDGE.encoding_to_dtype_with_channels(message.encoding)
+    except (CvBridgeError, KeyError):
+        valid = "one of sensor_msgs/image_encodings.h"
+        raise ValueError(f"encoding is {message.encoding!r}, must be {valid}") from None
+    height, width, step = message.height, message.width, message.step
+    wide = np.dtype(kind).itemsize
+    row = width * channels * wide
+    if not height or not width or step < row or len(message.data) < height * step:
         raise ValueError(
-            f"the image has {len(message.data)} bytes, {height} rows of {message.step} and a width "
-            f"of {width}"
+            f"the image has {len(message.data)} bytes, {height} rows of {step}, a width of {width}"
         )
-    rows = np.frombuffer(message.data, np.uint8, height * message.step).reshape(height, -1)
-    pixels = np.ascontiguousarray(rows[:, :row]).view(dtype).reshape(height, width, channels)
-    if message.encoding == "rgb16":
-        pixels = (pixels >> 8).astype(np.uint8)
-    elif dtype.itemsize > 1:
-        return stretched(pixels[:, :, 0])
-    if conversion is not None:
-        return cv2.cvtColor(pixels, conversion)
-    return pixels[:, :, 0] if channels == 1 else pixels
+    if step != row:  # cv_bridge takes what is behind a row's pixels for some of the next row
+        rows = np.frombuffer(message.data, np.uint8, height * step).reshape(height, step)
+        tight = {"step": row, "data": rows[:, :row].tobytes(), "is_bigendian": message.is_bigendian}
+        message = Image(height=height, width=width, encoding=message.encoding, **tight)
+    if channels == 1 and wide > 1:
+        return stretched(_BRIDGE.imgmsg_to_cv2(message))
+    return _BRIDGE.imgmsg_to_cv2(message, *(() if message.encoding in COLORLESS else ("bgr8",)))
 
 
 def stretched(values: Array) -> Array:

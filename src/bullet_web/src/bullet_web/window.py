@@ -6,6 +6,7 @@ see. So the browser gets a file that only this user can read, and that leads to 
 
 from __future__ import annotations
 
+import contextlib
 import html
 import os
 import tempfile
@@ -56,10 +57,8 @@ class Redirect:
 
     def remove(self) -> None:
         """Remove the file."""
-        try:
+        with contextlib.suppress(FileNotFoundError):
             os.remove(self.path)
-        except FileNotFoundError:
-            pass
 
 
 def show(path: str) -> None:

@@ -61,7 +61,8 @@ class Number(Rule):
     def complaint(self, value: Any) -> str:
         valid = self._range()
         if not is_number(value) or (self.integer and not isinstance(value, numbers.Integral)):
-            noun = "a whole number" if self.integer else "a number"
+            kind = "whole " if self.integer else "finite " if isinstance(value, float) else ""
+            noun = f"a {kind}number"
             return noun + (", " if valid[:1].isdigit() else " " if valid else "") + valid
         inside = (
             (self.above is None or value > self.above)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from shapely.geometry import Polygon
+from shapely.geometry import Point, Polygon
 from shapely.ops import unary_union
+from shapely.prepared import prep
 
 from track_model.geometry import Lane
 
@@ -43,27 +45,7 @@ def rings(area: Any) -> list[npt.NDArray[Any]]:
     return boundaries
 
 
-class Inside:
-    """Whether points lie in an area, by counting the edges to their right (even-odd rule).
-
-    Args:
-        area: shapely geometry of valid polygons.
-    """
-
-    def __init__(self, area: Any) -> None:
-        starts, ends = [], []
-        for ring in rings(area):
-            starts.append(ring)
-            ends.append(np.roll(ring, -1, axis=0))
-        self._a, self._b = np.vstack(starts), np.vstack(ends)
-        rise = self._b[:, 1] - self._a[:, 1]
-        self._slope = (self._b[:, 0] - self._a[:, 0]) / np.where(rise == 0, np.inf, rise)
-
-    def __call__(self, points: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Return (N,) bool for points (N, 2) [m]."""
-        points = np.asarray(points, dtype=float).reshape(-1, 2)
-        x, y = points[:, 0, None], points[:, 1, None]
-        a, b = self._a, self._b
-        spans = (a[:, 1] > y) != (b[:, 1] > y)
-        right = x < a[:, 0] + (y - a[:, 1]) * self._slope
-        return np.count_nonzero(spans & right, axis=1) % 2 == 1
+def inside(area: Any) -> Callable[[npt.ArrayLike], npt.NDArray[np.bool_]]:
+    """Return the function of points (N, 2) [m] that tells which of them lie in an area, (N,)."""
+    contains = prep(area).contains
+    return lambda points: np.array([contains(Point(*xy)) for xy in np.asarray(points)], bool)

@@ -3,59 +3,44 @@
 from __future__ import annotations
 
 import math
-import reprlib
 from collections.abc import Collection, Sequence
 from typing import Any, Tuple
 
-import yaml  # type: ignore[import]
+from paddock_common.settings import Flag, Number, Rule, Text
+from paddock_common.yaml_file import formatted
 
+from paddock_common import yaml_file
 from track_model.spec import COLORS, DEFAULTS, WALLS, TrackError, TrackSpec, WallSpec, stem
 
 MAX_SIZE = 200_000  # [bytes] of a file
-_SHORT = reprlib.Repr()
-_SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 3, 8, 8
-_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
-_formatted = _SHORT.repr  # of values of any size and nesting
-
 Points = Tuple[Tuple[float, float], ...]
-# Allowed ranges, both ends included.
-RANGES = {
-    "width": (0.3, 3.0),
-    "border_width": (0.005, 0.2),
-    "centre_line_width": (0.005, 0.2),
-    "dash_length": (0.02, 2.0),
-    "dash_gap": (0.02, 2.0),
-    "friction": (0.0, 10.0),
-    "start_distance": (0.0, 1000.0),
-    "walls.height": (0.02, 3.0),
-    "walls.thickness": (0.005, 0.5),
-    "walls.gap": (0.0, 3.0),
+KINDS: dict[type, Rule] = {
+    bool: Flag(),
+    int: Number(integer=True),
+    float: Number(),
+    str: Text(empty=True),
+}
+RULES: dict[str, Rule] = {
+    "width": Number(min=0.3, max=3.0),
+    "border_width": Number(min=0.005, max=0.2),
+    "centre_line_width": Number(min=0.005, max=0.2),
+    "dash_length": Number(min=0.02, max=2.0),
+    "dash_gap": Number(min=0.02, max=2.0),
+    "friction": Number(min=0.0, max=10.0),
+    "start_distance": Number(min=0.0, max=1000.0),
+    "seed": Number(min=0, max=2**32 - 1, integer=True),
+    "walls.height": Number(min=0.02, max=3.0),
+    "walls.thickness": Number(min=0.005, max=0.5),
+    "walls.gap": Number(min=0.0, max=3.0),
 }
 
 
-def _number(path: str, item: str, value: Any) -> float:
-    # bool is an int in Python; YAML's yes and no are not numbers.
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise TrackError(path, item, _formatted(value), "a number")
-    if isinstance(value, float) and not math.isfinite(value):
-        raise TrackError(path, item, _formatted(value), "a finite number")
-    low, high = RANGES.get(item, (-math.inf, math.inf))
-    if not low <= value <= high:
-        raise TrackError(path, item, _formatted(value), f"{low:g} to {high:g}")
-    return float(value)
-
-
-def _typed(path: str, item: str, value: Any, default: Any) -> Any:
-    if isinstance(default, float):
-        return _number(path, item, value)
-    if not isinstance(value, type(default)) or (
-        isinstance(value, bool) and not isinstance(default, bool)
-    ):
-        types = {bool: "true or false", int: "a whole number", str: "text"}
-        raise TrackError(path, item, _formatted(value), types[type(default)])
-    if item == "seed" and not 0 <= value < 2**32:
-        raise TrackError(path, item, value, "0 to 4294967295")
-    return value
+def _checked(path: str, item: str, value: Any, default: Any = 0.0) -> Any:
+    """Return a value that is what its rule, or the type of its default, asks for."""
+    valid = RULES.get(item, KINDS[type(default)]).complaint(value)
+    if valid:
+        raise TrackError(path, item, formatted(value), valid)
+    return float(value) if isinstance(default, float) else value
 
 
 def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict[str, Any]:
@@ -63,31 +48,31 @@ def _section(path: str, prefix: str, data: Any, valid: Collection[str]) -> dict[
         raise TrackError(
             path,
             prefix or "content",
-            _formatted(data),
+            formatted(data),
             "a mapping with keys of {}".format(", ".join(sorted(valid))),
         )
     for key in data:
         if key not in valid:
             raise TrackError(
-                path, "%skey" % (prefix and prefix + " "), _formatted(key), ", ".join(sorted(valid))
+                path, "%skey" % (prefix and prefix + " "), formatted(key), ", ".join(sorted(valid))
             )
     return data
 
 
 def _points(path: str, data: Any, closed: bool) -> Points:
     if not isinstance(data, list):
-        raise TrackError(path, "points", _formatted(data), "a list of at least 3 pairs [x, y]")
+        raise TrackError(path, "points", formatted(data), "a list of at least 3 pairs [x, y]")
     points: list[tuple[float, float]] = []
     for index, pair in enumerate(data):
         item = f"points[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
-            raise TrackError(path, item, _formatted(pair), "a pair [x, y] in meters")
-        point = _number(path, item, pair[0]), _number(path, item, pair[1])
+            raise TrackError(path, item, formatted(pair), "a pair [x, y] in meters")
+        point = _checked(path, item, pair[0]), _checked(path, item, pair[1])
         if max(abs(value) for value in point) > 50.0:
-            raise TrackError(path, item, _formatted(pair), "coordinates of -50 to 50 m")
+            raise TrackError(path, item, formatted(pair), "coordinates of -50 to 50 m")
         if points and math.dist(point, points[-1]) < 1e-3:
             raise TrackError(
-                path, item, _formatted(pair), "at least 1 mm away from the previous point"
+                path, item, formatted(pair), "at least 1 mm away from the previous point"
             )
         points.append(point)
     # The last point may repeat the first, as closed polygons often do.
@@ -102,7 +87,7 @@ def _width(path: str, data: dict[str, Any], points: Points) -> Sequence[float]:
     """Return the lane's widths, one per point, from one number or a list of them."""
     width = data.get("width", DEFAULTS["width"])
     if not isinstance(width, list):
-        return [_number(path, "width", width)] * len(points)
+        return [_checked(path, "width", width)] * len(points)
     if len(width) != len(data["points"]):
         raise TrackError(
             path,
@@ -111,7 +96,7 @@ def _width(path: str, data: dict[str, Any], points: Points) -> Sequence[float]:
             f"one number, or one per point ({len(data['points'])})",
         )
     for index, value in enumerate(width):
-        width[index] = _number(path, "width", value)
+        width[index] = _checked(path, "width", value)
     return width[: len(points)]
 
 
@@ -126,7 +111,7 @@ def _colors(path: str, data: Any) -> dict[str, tuple[int, ...]]:
         )
         if not valid:
             raise TrackError(
-                path, "colours." + key, _formatted(value), "[red, green, blue], each 0 to 255"
+                path, "colours." + key, formatted(value), "[red, green, blue], each 0 to 255"
             )
         colors[key] = tuple(value)
     return colors
@@ -136,7 +121,7 @@ def _walls(path: str, data: Any) -> WallSpec:
     given = _section(path, "walls", data, WALLS)
     return WallSpec(
         **{
-            key: _typed(path, "walls." + key, given.get(key, default), default)
+            key: _checked(path, "walls." + key, given.get(key, default), default)
             for key, default in WALLS.items()
         }
     )
@@ -155,21 +140,15 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
     if len(text) > MAX_SIZE:
         raise TrackError(path, "content", f"{len(text)} bytes long", f"at most {MAX_SIZE} bytes")
     try:
-        data = yaml.safe_load(text)
-    except RecursionError as error:
-        raise TrackError(path, "content", "nested too deeply", "a YAML mapping") from error
-    except (
-        yaml.YAMLError,
-        ValueError,
-    ) as error:  # ValueError: an invalid date, a number of 5000 digits
-        raise TrackError(
-            path, "content", "not YAML ({})".format(" ".join(str(error).split())), "a YAML mapping"
-        ) from error
+        data = yaml_file.parse(text, "")
+    except ValueError as error:
+        why = f"not YAML ({str(error).partition(': ')[2]})"
+        raise TrackError(path, "content", why, "a YAML mapping") from error
     _section(path, "", data, {*DEFAULTS, "points", "colours", "walls"})
     if "points" not in data:
         raise TrackError(path, "points", "missing", "a list of at least 3 pairs [x, y]")
     values = {
-        key: _typed(path, key, data.get(key, default), default)
+        key: _checked(path, key, data.get(key, default), default)
         for key, default in DEFAULTS.items()
         if key != "width"
     }

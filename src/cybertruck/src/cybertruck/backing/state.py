@@ -5,6 +5,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass
 
+import numpy as np
 import rospy
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import planar_of
@@ -109,19 +110,8 @@ class StateSource:
             return None
         for stamp, values in reversed(self._odometry):
             if stamp <= self._hitch[-1][0]:
-                return TruckState(stamp, *values, self._hitch_at(stamp))
+                return TruckState(stamp, *values, float(np.interp(stamp, *zip(*self._hitch))))
         return None
-
-    def _hitch_at(self, stamp):
-        """The interpolated hitch angle at a time [rad]."""
-        later = self._hitch[-1]
-        for earlier in reversed(self._hitch):
-            if earlier[0] <= stamp:
-                span = later[0] - earlier[0]
-                ratio = (stamp - earlier[0]) / span if span else 0.0
-                return earlier[1] + ratio * (later[1] - earlier[1])
-            later = earlier
-        return later[1]
 
     @property
     def state(self):
@@ -142,17 +132,11 @@ class StateSource:
 
         def is_new():
             return self._state is not None and (
-                after is None or not 0.0 <= after - self._state.stamp
-            )
-
-        def is_reset():
-            return (
-                self._state is not None and after is not None and (self._state.stamp < after - 1.0)
+                after is None or not after - 1.0 <= self._state.stamp <= after
             )
 
         with self._changed:
-            self._changed.wait_for(lambda: is_new() or is_reset(), wall_time)
-            return self._state if is_new() or is_reset() else None
+            return self._state if self._changed.wait_for(is_new, wall_time) else None
 
     def staleness(self, timeout):
         """Returns what is missing.

@@ -145,14 +145,11 @@ def write_figure(file, measured, checked, steering: MeasuredSteering, wheelbase)
         checked: List of Measured that were not used for it.
         wheelbase: L [m].
     """
-    import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, (above, below) = pyplot.subplots(
-        2, 1, figsize=(8.0, 7.5), sharex=True, gridspec_kw={"height_ratios": (3, 2)}
-    )
+    figure = Figure(figsize=(8.0, 7.5))
+    heights = {"height_ratios": (3, 2)}
+    above, below = figure.subplots(2, 1, sharex=True, gridspec_kw=heights)
     fine = np.linspace(steering.lowest, steering.highest, 400)
     above.plot(
         np.degrees(fine), np.tan(fine) / wheelbase, color="0.6", linewidth=3.0, label="tan φ / L"
@@ -178,7 +175,6 @@ def write_figure(file, measured, checked, steering: MeasuredSteering, wheelbase)
         axes.legend(loc="best")
     figure.tight_layout()
     figure.savefig(file, dpi=100)
-    pyplot.close(figure)
 
 
 START_LIMIT = 60.0  # wall time until the truck is up [s]

@@ -3,8 +3,8 @@
 import csv
 import math
 
-import matplotlib
-from matplotlib import pyplot  # noqa: E402  the backend must be chosen before
+import numpy as np
+from matplotlib.figure import Figure
 
 
 class Trajectory:
@@ -81,9 +81,6 @@ class Trajectory:
                 writer.writerow([f"{time:.3f}", *(f"{value:.5f}" for value in pose)])
 
 
-matplotlib.use("Agg")
-
-
 ARROWS = 24  # heading arrows along a path, about
 INK, PATH, START, GOAL = "0.35", "#1f5fa8", "#2e8b3d", "#c0392b"
 
@@ -94,41 +91,26 @@ def plot(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
     Args:
         trajectory: Trajectory with at least one pose.
     """
-    figure, axes = pyplot.subplots(figsize=(7.0, 7.0), constrained_layout=True)
-    try:
-        _plot_path(axes, trajectory)
-        _plot_goals(axes, trajectory)
-        _plot_ends(axes, trajectory)
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.margins(0.12)
-        axes.grid(color="0.88")
-        axes.set_axisbelow(True)
-        axes.set_xlabel(labels[0])
-        axes.set_ylabel(labels[1])
-        axes.set_title(title)
-        axes.legend(loc="best", framealpha=0.9)
-        figure.savefig(path, dpi=110)
-    finally:
-        pyplot.close(figure)
+    figure = Figure(figsize=(7.0, 7.0), constrained_layout=True)
+    axes = figure.subplots()
+    _plot_path(axes, trajectory)
+    _plot_goals(axes, trajectory)
+    _plot_ends(axes, trajectory)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.12)
+    axes.grid(color="0.88")
+    axes.set(axisbelow=True, xlabel=labels[0], ylabel=labels[1], title=title)
+    axes.legend(loc="best", framealpha=0.9)
+    figure.savefig(path, dpi=110)
 
 
 def _plot_path(axes, trajectory):
-    x = [row[1] for row in trajectory.rows]
-    y = [row[2] for row in trajectory.rows]
+    _, x, y, _ = zip(*trajectory.rows)
     axes.plot(x, y, color=PATH, linewidth=1.8, label=f"path, {trajectory.length:.2f} m")
     arrows = select_spaced(trajectory.rows, max(trajectory.length / ARROWS, 1e-6))
-    axes.quiver(
-        [row[1] for row in arrows],
-        [row[2] for row in arrows],
-        [math.cos(row[3]) for row in arrows],
-        [math.sin(row[3]) for row in arrows],
-        color=INK,
-        angles="xy",
-        scale=30.0,
-        width=0.004,
-        pivot="tail",
-        zorder=3,
-    )
+    _, x, y, heading = zip(*arrows)
+    look = {"color": INK, "scale": 30.0, "width": 0.004, "pivot": "tail", "zorder": 3}
+    axes.quiver(x, y, np.cos(heading), np.sin(heading), angles="xy", **look)
     axes.plot([], [], linestyle="none", marker=(3, 0, -90), color=INK, label="heading")
 
 

@@ -1,5 +1,6 @@
 """Shared by both teleops: ROS, signals, the terminal, and the zero at the end."""
 
+import contextlib
 import curses
 import io
 import logging
@@ -136,10 +137,8 @@ class Session:
         """Publishes the zero and restores the terminal; may be called twice."""
         self.finish()
         if self.screen:
-            try:
+            with contextlib.suppress(curses.error):  # the terminal was closed
                 self.screen.close()
-            except curses.error:  # the terminal was closed
-                pass
             self.screen = None
         if self._stderr is not None:
             caught, sys.stderr = sys.stderr.getvalue(), self._stderr

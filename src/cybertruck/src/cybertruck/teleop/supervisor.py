@@ -21,16 +21,6 @@ SUPERVISOR_PID = "CYBERTRUCK_TELEOP_SUPERVISOR"  # environment: the supervisor's
 SANE = b"\x1b[?1049l\x1b[?1l\x1b>\x1b[0m\x1b[?25h\r\n"
 LONGEST = 2.0  # wait for a subscriber before the zero is published [s]
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)  # stop a teleop cleanly
-FATAL_SIGNALS = (
-    signal.SIGKILL,
-    signal.SIGSEGV,
-    signal.SIGABRT,
-    signal.SIGBUS,
-    signal.SIGILL,
-    signal.SIGFPE,
-    signal.SIGTRAP,
-    signal.SIGSYS,
-)
 
 
 def enter():
@@ -121,7 +111,7 @@ def main():
     if status in (0, 1) or status >= 128:
         return status
     restore(terminal, settings)
-    if status < 0 and -status in FATAL_SIGNALS:
+    if status < 0 and -status not in SIGNALS:
         print(f"the teleop was killed by {signal.Signals(-status).name}", file=sys.stderr)
         send_zero(command)
     return 128 - status if status < 0 else status

@@ -121,34 +121,24 @@ def towing_limit(geometry: Geometry, hitch_angle=math.radians(45.0)):
 
 
 @dataclass(frozen=True)
-class TowingTruck(Checked):
+class TowingTruck(Geometry):
     """Settings of a truck that drives forward, with or without a trailer.
 
     Attributes:
-        wheelbase: Front to rear axle [m].
-        max_steering: Maximum angle of the bicycle's front wheel [rad].
         trailer: Whether the truck pulls a trailer; the curvature is then limited further.
-        hitch_offset: Rear axle to hitch [m].
-        tongue_length: Hitch to the trailer's axle [m].
         max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
     """
 
-    wheelbase: float = number(0.508, above=0.0, unit="m")
-    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
     trailer: bool = flag(False)
-    hitch_offset: float = number(0.30, min=0.0, unit="m")
-    tongue_length: float = number(0.70, above=0.0, unit="m")
     max_hitch_angle: float = number(math.radians(60.0), above=0.0, below=math.pi / 2, unit="rad")
 
     @property
     def max_curvature(self):
         """Maximum curvature of the rear axle's path: full lock, or what a trailer follows [1/m]."""
-        geometry = Geometry(
-            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
-        )
-        if self.trailer:
-            return towing_limit(geometry, self.max_hitch_angle)
-        return geometry.max_curvature
+        full_lock = super().max_curvature
+        if not self.trailer:
+            return full_lock
+        return min(full_lock, float(-towing_curvature(self.max_hitch_angle, self)))
 
 
 def steady_trailer(trailer_curvature, geometry: Geometry):

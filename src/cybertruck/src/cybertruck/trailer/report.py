@@ -156,14 +156,11 @@ def _plot_overview(above, rows, path, geometry, title):
 
 def write_figure(file, rows, path, geometry, title):
     """Plots the path, truck and trailer every meter, and the errors over arc length, into a PNG."""
-    import matplotlib
+    from matplotlib.figure import Figure
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, grid = pyplot.figure(figsize=(13.0, 6.5)), (3, 5)
-    above = pyplot.subplot2grid(grid, (0, 0), rowspan=3, colspan=3, fig=figure)
-    _plot_overview(above, rows, path, geometry, title)
+    figure = Figure(figsize=(13.0, 6.5))
+    grid = figure.add_gridspec(3, 5)
+    _plot_overview(figure.add_subplot(grid[:, :3]), rows, path, geometry, title)
     for index, (name, label, scale) in enumerate(
         (
             ("lateral_error", "lateral error [cm]", 100.0),
@@ -171,7 +168,7 @@ def write_figure(file, rows, path, geometry, title):
             ("hitch_angle", "hitch angle [°]", 180.0 / math.pi),
         )
     ):
-        axes = pyplot.subplot2grid(grid, (index, 3), colspan=2, fig=figure)
+        axes = figure.add_subplot(grid[index, 3:])
         axes.plot(column(rows, "arc"), scale * column(rows, name), color="#b5651d", linewidth=1.2)
         axes.axhline(0.0, color="0.6", linewidth=0.6)
         axes.set_ylabel(label)
@@ -179,4 +176,3 @@ def write_figure(file, rows, path, geometry, title):
     axes.set_xlabel("arc length [m]")
     figure.tight_layout()
     figure.savefig(file, dpi=100)
-    pyplot.close(figure)

@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from scipy.optimize import fsolve
 
 from cybertruck.trailer.geometry import TrailerError
 from cybertruck.trailer.paths import LONGEST, from_curvature
@@ -54,30 +56,17 @@ def arc(radius, angle, run_up=1.5):
     return from_curvature(curvature, length)
 
 
-def s_curve(offset, length):
-    """Two opposite curves: ends `offset` [m] to the left (negative: right), parallel, at `length`.
-
-    The same curve as a lane change; the two differ in their defaults.
-    """
-    return s_bend("s", offset, length, 0.0, 0.0)
-
-
-def lane_change(offset, length, straight):
-    """A straight, an S of a length that ends `offset` to the left, and a straight [m]."""
-    return s_bend("lane-change", offset, length, straight, straight)
-
-
-def park(offset, length, straight):
-    """Into a gap at the side, as in parallel parking: an S, then a straight [m]."""
-    return s_bend("park", offset, length, 0.2, straight)
-
-
-def s_bend(name, offset, advance, before, after):
+def s_bend(name, offset, advance, after=0.0, before=None):
     """Straight, S, straight; the S ends `advance` ahead and `offset` to the left [m].
 
+    Without straights it is two opposite curves; with those of one length, which `before` is by
+    default, a lane change; with a short one before, the way into a gap at the side, as in parallel
+    parking.
+
     Its heading is a smooth bump of one height over arc length; height and arc length follow from
-    advance and offset by Newton's method.
+    advance and offset.
     """
+    before = after if before is None else before
     require(advance > 0.0, f"{name}: length", advance, "above 0 m")
     require(after >= 0.0, f"{name}: straight", after, "0 m or more")
     require(abs(offset) < 0.8 * advance, f"{name}: offset", offset, f"within ±{0.8 * advance:g} m")
@@ -93,14 +82,8 @@ def s_bend(name, offset, advance, before, after):
         path = make_path(*values)
         return path.points[-1] - (before + after, 0.0) - (advance, offset)
 
-    values = np.array((math.atan2(offset, advance) * 1.8, math.hypot(offset, advance)))
-    for _ in range(30):
-        miss = end_point(values)
-        if np.hypot(*miss) < 1e-9:
-            break
-        columns = [(end_point(values + step) - miss) / 1e-5 for step in 1e-5 * np.eye(2)]
-        values = values - np.linalg.solve(np.column_stack(columns), miss)
-    return make_path(*values)
+    values = math.atan2(offset, advance) * 1.8, math.hypot(offset, advance)
+    return make_path(*fsolve(end_point, values, xtol=1e-10, epsfcn=1e-10))
 
 
 def require(condition, label, value, valid):
@@ -109,16 +92,15 @@ def require(condition, label, value, valid):
         raise TrailerError(f"{label} is {value:g}; it must be {valid}")
 
 
+S_BEND = "offset to the left [m]", "length [m]", "straight [m]"
 SHAPES = {
     "line": Shape(line, ("length [m]",), (10.0,)),
     "arc": Shape(
         arc, ("radius [m], left positive", "angle [rad]", "run-up [m]"), (3.0, math.pi, 1.5)
     ),
-    "s": Shape(s_curve, ("offset to the left [m]", "length [m]"), (3.0, 8.0)),
-    "lane-change": Shape(
-        lane_change, ("offset to the left [m]", "length [m]", "straight [m]"), (1.5, 5.0, 2.0)
-    ),
-    "park": Shape(park, ("offset to the left [m]", "length [m]", "straight [m]"), (-1.2, 4.0, 2.0)),
+    "s": Shape(partial(s_bend, "s"), S_BEND[:2], (3.0, 8.0)),
+    "lane-change": Shape(partial(s_bend, "lane-change"), S_BEND, (1.5, 5.0, 2.0)),
+    "park": Shape(partial(s_bend, "park", before=0.2), S_BEND, (-1.2, 4.0, 2.0)),
 }
 
 

@@ -82,13 +82,8 @@ class Recorder:
         with open(path, "w", newline="", encoding="ascii") as stream:
             writer = csv.writer(stream)
             writer.writerow(["t", "x", "y", "yaw", "v"])
-            for sample in self.samples:
-                writer.writerow(
-                    [
-                        f"{value:.6f}"
-                        for value in (sample.t, sample.x, sample.y, sample.yaw, sample.v)
-                    ]
-                )
+            rows = ((s.t, s.x, s.y, s.yaw, s.v) for s in self.samples)
+            writer.writerows([f"{value:.6f}" for value in row] for row in rows)
 
 
 COLORS = ("#28a0ff", "#ff5050")  # buttons, cruise

@@ -188,15 +188,6 @@ class ManagerClient:
         """Returns the names of the running controllers."""
         return [state.name for state in self.list() if state.state == "running"]
 
-    def list_types(self):
-        """Returns (type, base class) pairs."""
-        response = self.call("list_controller_types")
-        return list(zip(response.types, response.base_classes))
-
-    def reload_libraries(self, force_kill):
-        """Reloads the controller types; returns whether that worked."""
-        return bool(self.call("reload_controller_libraries", force_kill).ok)
-
 
 def run_bounded(work, timeout):
     """Runs a callable in a thread, which is abandoned after a time-out.

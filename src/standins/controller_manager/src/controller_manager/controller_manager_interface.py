@@ -21,7 +21,7 @@ def _report(success, done, failed):
 
 def list_controller_types():
     """Prints the types of controllers."""
-    for name, _ in _manager("list_controller_types").list_types():
+    for name in _manager("list_controller_types").call("list_controller_types").types:
         print(name)
 
 
@@ -51,7 +51,7 @@ def reload_libraries(force_kill, restore=False):
     print(f"Restore: {restore}")
     before = manager.list() if restore else []
     success = _report(
-        manager.reload_libraries(force_kill),
+        manager.call("reload_controller_libraries", force_kill).ok,
         "Successfully reloaded libraries",
         "Failed to reload libraries. Do you still have controllers loaded?",
     )

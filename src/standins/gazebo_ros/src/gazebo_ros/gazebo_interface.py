@@ -1,7 +1,8 @@
 """Functions of upstream's module of this name, for nodes that spawn models themselves."""
 
-import rospy
 from gazebo_msgs.srv import SetModelConfiguration, SpawnModel
+
+from gazebo_ros.spawn_model import Simulator, SpawnError
 
 
 def spawn_sdf_model_client(
@@ -45,14 +46,9 @@ def set_model_configuration_client(
 
 
 def _call(namespace, service, service_type, label, *values):
-    name = "{}/{}".format(namespace.rstrip("/"), service)
-    rospy.loginfo("Waiting for service %s", name)
-    rospy.wait_for_service(name)
+    fields = dict(zip(service_type._request_class.__slots__, values))
     try:
-        rospy.loginfo("Calling service %s", name)
-        response = rospy.ServiceProxy(name, service_type)(*values)
-    except rospy.ServiceException as error:
-        print(f"Service call failed: {error}")
+        Simulator(namespace.rstrip("/"), None).call(service, service_type, label, **fields)
+    except SpawnError:
         return False
-    rospy.loginfo("%s status: %s", label, response.status_message)
-    return response.success
+    return True

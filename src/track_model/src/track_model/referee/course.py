@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from track_model import curves
 from track_model.geometry import Lane
-from track_model.region import Inside, lane_area
+from track_model.region import inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched [m]
 HALF_SPAN = 0.05  # half the length over which a curvature is computed [m]
@@ -31,7 +31,7 @@ class Course:
     def __init__(self, lane: Lane, window: float = WINDOW) -> None:
         self.lane = lane
         self.closed, self.length = lane.closed, lane.length
-        self.contains = Inside(lane_area(lane))
+        self.contains = inside(lane_area(lane))
         ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
         chords = np.diff(ends, axis=0)
         lengths = np.linalg.norm(chords, axis=1)

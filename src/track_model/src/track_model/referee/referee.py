@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from paddock_common.settings import Checked, choice, flag, number
-from shapely.geometry import Polygon
+from shapely.geometry import Polygon, box
 from shapely.ops import unary_union
 from shapely.prepared import prep
 
@@ -66,12 +66,8 @@ class Car(Checked):
     @property
     def wheels(self) -> tuple[tuple[float, float], ...]:
         """((x, y), ...) of front left, front right, rear left, rear right."""
-        return (
-            (self.front, self.front_half_track),
-            (self.front, -self.front_half_track),
-            (self.rear, self.rear_half_track),
-            (self.rear, -self.rear_half_track),
-        )
+        axles = (self.front, self.front_half_track), (self.rear, self.rear_half_track)
+        return tuple((x, side * y) for x, y in axles for side in (1, -1))
 
     @property
     def corners(self) -> tuple[tuple[float, float], ...]:
@@ -115,16 +111,11 @@ def wall_polygons(
     boxes: Iterable[tuple[float, float, float, float]], thickness: float
 ) -> list[Polygon]:
     """Return shapely polygons of wall boxes (x, y, yaw, length) [m], [rad]."""
-    polygons = []
-    for x, y, yaw, length in boxes:
-        along = np.array((math.cos(yaw), math.sin(yaw))) * length / 2.0
-        across = np.array((-math.sin(yaw), math.cos(yaw))) * thickness / 2.0
-        polygons.append(
-            Polygon(
-                [(x, y) + a * along + b * across for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
-            )
-        )
-    return polygons
+    half = thickness / 2.0
+    return [
+        Polygon(placed(tuple(box(-length / 2.0, -half, length / 2.0, half).exterior.coords), *pose))
+        for *pose, length in boxes
+    ]
 
 
 def placed(
