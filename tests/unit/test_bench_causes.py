@@ -11,8 +11,6 @@ sys.path.insert(0, str(BENCH))
 
 from bullet_sim.formats.sdf.world import parse_world  # noqa: E402
 from bullet_sim.world import World  # noqa: E402
-from figures import BenchError, Spread  # noqa: E402
-from sections import beside_gazebo  # noqa: E402
 from worlds import causes  # noqa: E402
 
 
@@ -39,28 +37,3 @@ def test_a_world_loads_and_stays(name, tmp_path):
         assert loaded == count.get(name, 80 if "posts" in causes.CAUSES[name].text else loaded)
     finally:
         world.close()
-
-
-class FakeObserver:
-    """Answers rounds as an observer of a world does; speed [m/s] of its robot."""
-
-    def __init__(self, speed=0.3, count=40.0):
-        self._speed, self._count = speed, count
-
-    def answer(self):
-        return {}
-
-    def ask(self, line):
-        if line.startswith("bare"):
-            return {"pace": 40.0}
-        return {"pace": 10.0, "received": {"/scan": self._count}, "speed": self._speed}
-
-
-def test_figures_of_a_world():
-    found = beside_gazebo.measure_world(FakeObserver(), 0.1, 3)
-    assert Spread.read(found["ratio"]).median == 0.25
-    assert found["messages_over_bare"] == {"/scan": 1.0}
-    with pytest.raises(BenchError, match="0.010 m/s, commanded are 0.300"):
-        beside_gazebo.measure_world(FakeObserver(speed=0.01), 0.1, 3)
-    with pytest.raises(BenchError, match="nothing came on /scan"):
-        beside_gazebo.measure_world(FakeObserver(count=0.0), 0.1, 3)

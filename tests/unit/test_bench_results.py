@@ -14,8 +14,6 @@ from figures import Spread  # noqa: E402
 from pairs import alternate  # noqa: E402
 from sections import SECTIONS  # noqa: E402
 
-import bench  # noqa: E402
-
 
 def test_what_is_kept_is_of_the_schema_and_of_a_section():
     for path in (BENCH / "results").glob("*"):
@@ -65,10 +63,3 @@ def test_what_is_not_of_the_schema_is_refused(change, words):
     change(made)
     with pytest.raises(ValueError, match="(?s)" + words.replace("(", "\\(")):
         results.check(json.dumps(made))
-
-
-def test_a_quick_run_is_not_kept(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["bench", "--quick", "--save"])
-    with pytest.raises(SystemExit) as ended:
-        bench.main()
-    assert ended.value.code == 2 and "not to be quoted" in capsys.readouterr().err

@@ -410,11 +410,6 @@ def test_packages_that_a_refused_file_misses():
     assert check_remedies.named_packages(None) == []
 
 
-def test_a_refused_file_is_one_problem():
-    found = {"simulator": False, "refused": "no such arg", "cannot": [], "died": []}
-    assert check_verdict.problems(found) == ["roslaunch refuses the file: no such arg"]
-
-
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     for name in ("base", "hover"):
         (tmp_path / name).mkdir()

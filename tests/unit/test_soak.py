@@ -1,7 +1,6 @@
 """The soak's own parts: the order of faults, growth, the log, the page, limits of a shutdown."""
 
 import sys
-from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -9,15 +8,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from soaking import report  # noqa: E402
-from soaking.faults import FAULTS, SHUTDOWNS, rounds  # noqa: E402
-from soaking.monitor import WARM_UP, Sample, growth, problems  # noqa: E402
-
-BRIDGE_TRACEBACK = """[INFO] fine
-Traceback (most recent call last):
-  File "bullet_bridge/loop/server.py", line 1, in run
-ValueError: no
-[INFO] fine"""
-MASTERS_TRACEBACK = BRIDGE_TRACEBACK.replace("bullet_bridge/loop/server.py", "roslaunch/pmon.py")
+from soaking.monitor import WARM_UP, Sample, growth  # noqa: E402
 
 
 def samples(memory, threads=10, period=2.0, count=200):
@@ -39,15 +30,6 @@ def samples(memory, threads=10, period=2.0, count=200):
     ]
 
 
-def test_a_seed_gives_one_order_in_which_every_fault_comes():
-    length = sum(FAULTS.values())
-    first, second, other = (list(islice(rounds(FAULTS, seed), 2 * length)) for seed in (1, 1, 2))
-    assert first == second != other
-    for part in (first[:length], first[length:]):
-        assert {fault for fault, _ in part} == set(FAULTS)
-    assert {fault for fault, _ in islice(rounds(SHUTDOWNS, 1), len(SHUTDOWNS))} == set(SHUTDOWNS)
-
-
 @pytest.mark.parametrize(
     "memory, threads, words",
     [
@@ -62,11 +44,3 @@ def test_growth(memory, threads, words):
     found = growth(samples(memory, threads))
     assert len(found) == len(words)
     assert all(word in text for word, text in zip(words, found))
-
-
-def test_tracebacks_in_the_log():
-    assert problems("[INFO] a\n[WARN] b") == []
-    (found,) = problems(f"{BRIDGE_TRACEBACK}\n{BRIDGE_TRACEBACK}")
-    assert "ValueError: no" in found
-    assert problems(MASTERS_TRACEBACK) == []
-    assert problems("\x1b[31mSegmentation fault\x1b[0m") == ["Segmentation fault"]
