@@ -1,9 +1,7 @@
 """The page's node beside a real world: what a page sees, drives and does."""
 
 import math
-import os
 import signal
-import subprocess
 import unittest
 
 import numpy as np
@@ -14,7 +12,6 @@ from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
-from testing import executable
 
 ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
 
@@ -206,16 +203,3 @@ class Web(unittest.TestCase):
         self.assertEqual(web.end(signal.SIGTERM), 0)
         wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
-
-    def test_a_wrong_setting_is_named(self):
-        for name, parameter, reason in (
-            ("one", "_share:=true", "share needs a password of at least 6 characters"),
-        ):
-            done = subprocess.run(
-                [executable("bullet_web", "web"), parameter, f"__name:={name}"],
-                capture_output=True,
-                text=True,
-                env={**os.environ, "PADDOCK_WEB_PASSWORD": "short"},
-            )
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(reason, done.stdout + done.stderr)
