@@ -15,11 +15,9 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from urdf_texts import link
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" '
-    'ixz="0" iyz="0"/></inertial></link>'
-)
+LINK = link("{0}", 2)
 
 
 def _plugin(library, tags):

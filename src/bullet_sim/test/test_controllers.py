@@ -329,16 +329,6 @@ def test_best_effort_switch_leaves_out_what_does_not_fit(manager):
         assert any(f"'{name}'" in reason for reason in reasons)
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_command_that_is_no_number_keeps_the_last(manager, joints, value):
-    manager.switch(["speed"], [])
-    manager.command("speed", [3.0])
-    calls = list(joints.calls)
-    with pytest.raises(CommandError, match="'speed' is -?(nan|inf), must be a finite number"):
-        manager.command("speed", [value])
-    assert joints.calls == calls and calls[-1] == ("velocity", ("left",), (3.0,))
-
-
 def test_commands_of_the_wrong_length_to_nobody_and_to_a_stopped_one(manager, joints):
     with pytest.raises(CommandError, match="has 2 values, must have 1"):
         manager.command("speed", [1, 2])
