@@ -32,16 +32,6 @@ def test_a_driven_phase_is_alike(gazebo, paddock, verdict):
     assert command.Compared("turn", motions(*gazebo), motions(*paddock)).verdict == verdict
 
 
-def test_a_robot_that_stands_in_gazebo_is_not_driven():
-    cases = (
-        *(((0.03, 0.0), "turn", True), ((0.0, -0.1), "spot", True)),
-        *(((0.01, 0.01), "turn", False), ((0.5, 0.0), "rest", False)),
-    )
-    for pair, phase, driven in cases:
-        runs = motions(pair)
-        assert command.Compared(phase, runs, runs).is_driven == driven
-
-
 def test_each_recorded_package_is_public_or_paddocks_own():
     assert set(command.recorded()) - set(command.packages()) == {
         name for name in command.recorded() if name.startswith("own-")

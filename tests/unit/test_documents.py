@@ -61,9 +61,7 @@ def test_words_of_commands_exist(path):
     "line",
     [
         "./run lap --driver lien",
-        "./run world pased:=true",
         "./run test crcle",
-        "./run exec rolaunch track_model world.launch",
         "rosservice call /gazebo/pause_phisics",
         "./run exec rostopic pub /cmd_vel geometry_msgs/Twits '{}'",
     ],
