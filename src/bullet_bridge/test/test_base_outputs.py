@@ -28,7 +28,7 @@ def box(name, mass=MASS, inertia=INERTIA):
     return link(name, mass, inertia)
 
 
-BOX = f'<robot name="r">{box("base")}</robot>'
+BOX = robot(box("base"))
 
 
 def wheel(name, xyz):
@@ -37,15 +37,11 @@ def wheel(name, xyz):
     return link(name, 0.2, 1e-3, shape, "1.5707963 0 0") + turning
 
 
-TRIKE = (
-    f'<robot name="trike">{box("base", 4.0, 0.1)}{box("fork", 0.3, 0.01)}'
-    '<joint name="steer" type="continuous"><parent link="base"/><child link="fork"/>'
-    '<origin xyz="0.4 0 0"/><axis xyz="0 0 1"/></joint>'
-    + wheel("front", "0 0 0")
-    + wheel("left", "0 0.2 0")
-    + wheel("right", "0 -0.2 0")
-    + "</robot>"
-)
+TRIKE = robot(
+    box("base", 4.0, 0.1), box("fork", 0.3, 0.01),
+    joint("steer", "continuous", "base", "fork", "0.4 0 0", "0 0 1"),
+    wheel("front", "0 0 0"), wheel("left", "0 0.2 0"), wheel("right", "0 -0.2 0"),
+)  # fmt: skip
 
 
 def run(plugin, world, steps):

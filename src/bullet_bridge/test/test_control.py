@@ -415,14 +415,6 @@ def test_transmissions_are_those_of_the_parameter(monkeypatch, text, expected):
             ['This robot has a joint named "nose" which is not in the gazebo model.'],
         ),
         (
-            {"wheel": "Magic"},
-            {},
-            [
-                "No matching hardware interface found for 'hardware_interface/MagicJointInterface' "
-                "while loading interfaces for wheel"
-            ],
-        ),
-        (
             {"wheel": "Velocity"},
             {"/bot/joint_limits": {"wheel": {"has_velocity_limits": False}}},
             ["Cannot enforce limits for joint 'wheel'. It has no velocity limits specification."],

@@ -533,6 +533,13 @@ CART = robot(
 )
 
 
+FOUR_WHEELS = "".join(
+    f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
+    for side in ("left", "right")
+    for end in ("Front", "Rear")
+)
+
+
 def test_the_wheels_are_braked_before_the_first_update(topics, world):
     cart = world.spawn_urdf("cart", CART.format(""), Pose((0.0, 0.0, 0.1)), str)
     world.engine.set_gravity((0.5, 0.0, -9.81))
@@ -598,12 +605,7 @@ def test_the_encoders_odometry_has_no_sign_backwards_as_upstream(topics, world, 
 def test_odometry_on_a_slope_is_along_the_heading_in_the_plane(topics, world):
     """Of the velocity in the world x and y alone count; its height is left out by skid steering."""
     text = CART.format("").replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
-    joints = "".join(
-        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
-        for side in ("left", "right")
-        for end in ("Front", "Rear")
-    )
-    skid = text.replace("</plugin>", f"{joints}<broadcastTF>true</broadcastTF></plugin>")
+    skid = text.replace("</plugin>", f"{FOUR_WHEELS}<broadcastTF>true</broadcastTF></plugin>")
     place = Pose.from_xyz_rpy((0.0, 0.0, 5.0), (0.1, 0.3, 0.5))
     for name, content, height in (("diff", CART.format(""), 5.0), ("skid", skid, 0.0)):
         cart = world.spawn_urdf(name, content, place, str)
@@ -640,12 +642,7 @@ def test_outputs_of_diff_drive_that_are_switched_off(topics, world, tags, expect
 
 
 def test_the_covariances_of_skid_steering():
-    joints = "".join(
-        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
-        for side in ("left", "right")
-        for end in ("Front", "Rear")
-    )
-    text = CART.format(f"{joints}<covariance_x>0.5</covariance_x>")
+    text = CART.format(f"{FOUR_WHEELS}<covariance_x>0.5</covariance_x>")
     text = text.replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
     [spec] = parse_urdf(text, str).sensors
     assert not spec.publish_tf and spec.torque == 5.0

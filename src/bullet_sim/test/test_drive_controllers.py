@@ -203,23 +203,6 @@ def parse(**config):
     return configure("base", {**COVARIANCES, **config}, NAMES, DESCRIPTION)[1]
 
 
-def test_sizes_come_from_the_description_and_multipliers_apply():
-    drive = parse(
-        type=DIFF,
-        left_wheel="left",
-        right_wheel="right",
-        wheel_separation_multiplier=2,
-        left_wheel_radius_multiplier=0.5,
-    )
-    assert drive.separation == pytest.approx(2 * SEPARATION)
-    assert drive.radii == pytest.approx((RADIUS / 2, RADIUS))
-    drive = parse(
-        type=ACKERMANN, rear_wheel="left", front_steer="steer", wheel_radius_multiplier=1.1
-    )
-    assert drive.separation == pytest.approx(WHEELBASE)
-    assert drive.radii == pytest.approx((1.1 * RADIUS, RADIUS))
-
-
 def test_sizes_are_between_the_joints_own_origins():
     """As upstream, which asks for no more than <origin>: not where an axle in between puts them."""
     on_axle = _description(-0.15, -0.05)
