@@ -102,9 +102,3 @@ def test_wordings_are_clear(name):
     for pattern, better in UNCLEAR.items():
         found = re.search(f".{{0,40}}(?:{pattern}).{{0,20}}", text)
         assert not found, f"{name}: {found[0]!r}; say {better}"
-
-
-def test_a_link_that_leads_nowhere_is_found(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text("# A page of `./run`\n\n```bash\n# no heading\n```\n## What, and why?\n")
-    assert anchors(page) == ["a-page-of-run", "what-and-why"]

@@ -9,10 +9,7 @@ from control_msgs.msg import (
     FollowJointTrajectoryAction,
     FollowJointTrajectoryGoal,
     GripperCommandAction,
-    GripperCommandGoal,
 )
-from gazebo_msgs.srv import GetJointProperties
-from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, wait_until
 from std_srvs.srv import Empty
@@ -32,8 +29,6 @@ LAUNCH = """<launch>
   <param name="/gazebo/pub_clock_frequency" value="50.0"/>
 </launch>
 """
-
-HAND_WEIGHT = (0.5 + 0.1 + 0.1) * 9.81  # [N] beyond the wrist
 
 
 class Actions(unittest.TestCase):
@@ -93,38 +88,7 @@ class Actions(unittest.TestCase):
         state, result = self.finished(self.arm)
         self.assertEqual((state, result.error_code), (GoalStatus.REJECTED, result.INVALID_JOINTS))
 
-    def test_the_gripper_moves_and_the_thumb_follows(self):
-        self.thumb = rospy.ServiceProxy("/gazebo/get_joint_properties", GetJointProperties)
-        for opening in (0.05, 0.02):
-            goal = GripperCommandGoal()
-            goal.command.position, goal.command.max_effort = opening, 5.0
-            self.hand.send_goal(goal)
-            state, result = self.finished(self.hand)
-            self.assertEqual(state, GoalStatus.SUCCEEDED)
-            self.assertTrue(result.reached_goal)
-            wait_until(
-                lambda wanted=opening: abs(self.thumb("thumb").position[0] + wanted) < 0.003,
-                "the thumb, which no transmission names",
-            )
-
     def test_actions_go_on_after_a_reset(self):
         rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()
         self.move(0.3, 0.3)
         self.assertEqual(self.finished(self.arm)[0], GoalStatus.SUCCEEDED)
-
-    def test_the_wrist_bears_the_hand(self):
-        for topic in ("/wrist_load", "/wrist"):  # the plugin's, the controller's
-            loads = Recorder(topic, WrenchStamped)
-            wait_until(
-                lambda found=loads: (
-                    found.last is not None
-                    and abs(sum(self.squares(found.last.wrench.force)) ** 0.5 - HAND_WEIGHT) < 0.2
-                ),
-                f"the hand's weight on {topic}",
-            )
-            self.assertEqual(loads.newest.header.frame_id, "hand")
-
-    @staticmethod
-    def squares(vector):
-        """Squares of a vector's parts."""
-        return vector.x**2, vector.y**2, vector.z**2

@@ -1,6 +1,7 @@
-"""Go-to-goal on a graph: the truck arrives on a short way, a new goal and a cancel end the old one.
+"""Go-to-goal on a graph: the truck arrives on a short way.
 
-Goals of all kinds, refusals, resets and silence: test_goal.py and test_goal_node.py of cybertruck.
+Goals of all kinds, a new one, a cancel, refusals, resets and silence: test_goal.py and
+test_goal_node.py of cybertruck.
 """
 
 import math
@@ -11,7 +12,6 @@ from actionlib_msgs.msg import GoalStatus
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until, yaw_of
-from std_srvs.srv import Trigger
 
 from cybertruck.srv import Goal, GoalRequest
 
@@ -30,7 +30,6 @@ class Driver:
     def __init__(self):
         rospy.wait_for_service("/goal", START_LIMIT)
         self._goal = rospy.ServiceProxy("/goal", Goal)
-        self.cancel = rospy.ServiceProxy("/goal/cancel", Trigger)
         self.status = Recorder("/goal/status", GoalStatus)
 
     def send(self, x, y, z=0.0):
@@ -89,23 +88,3 @@ class Goals(unittest.TestCase):
         # what odometry may be wrong by here, where commands come as late as the machine is busy;
         # test_truck_long.py holds 0.1 m in lockstep
         self.assertLess(math.dist(goal, (truth.x, truth.y)), distance + 0.25)
-
-    def test_preempt_and_cancel(self):
-        x, y, heading = self.pose()
-        ahead = (x + 6.0 * math.cos(heading), y + 6.0 * math.sin(heading))
-        self.driver.status.clear()
-        self.assertTrue(self.driver.send(*ahead))
-        wait_until(lambda: self.speed() > 0.5, "the truck to drive")
-        self.assertTrue(self.driver.send(x - 5.0 * math.cos(heading), y - 5.0 * math.sin(heading)))
-        wait_until(lambda: len(self.driver.status.messages) >= 3, "the new status")
-        first, second, third = self.driver.status.messages[:3]
-        self.assertEqual(
-            [first.status, second.status, third.status],
-            [GoalStatus.ACTIVE, GoalStatus.PREEMPTED, GoalStatus.ACTIVE],
-        )
-        self.assertEqual(first.goal_id.id, second.goal_id.id)
-        self.assertNotEqual(second.goal_id.id, third.goal_id.id)
-        self.assertTrue(self.driver.cancel().success, self.driver.status.last.text)
-        self.assertEqual(self.driver.wait_end().status, GoalStatus.PREEMPTED)
-        self.wait_rest()
-        self.assertFalse(self.driver.cancel().success)

@@ -16,7 +16,6 @@ from launches import proxy
 from page_client import PageClient
 from rosgraph_msgs.msg import Clock
 from sim_client import START_LIMIT, WALL_LIMIT, Recorder, sleep_sim, wait_until
-from std_srvs.srv import Trigger
 
 LAUNCH = """<launch>
   <param name="/folder_of_nodes" value="$(env ROS_HOME)"/>
@@ -122,8 +121,3 @@ class Gui(unittest.TestCase):
         self.addCleanup(page.close)
         wait_until(lambda: page.views, "a view")
         self.assertEqual(client.end(), 0)
-
-    def test_a_world_of_fixed_things_has_no_contacts(self):
-        response = rospy.ServiceProxy("/gazebo/contacts", Trigger)()
-        self.assertTrue(response.success)
-        self.assertEqual(json.loads(response.message), {"contacts": []})

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, Recorder, wait_connected
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
+from urdf_texts import joint, link, robot
 
 from bullet_bridge.srv import Step
 
@@ -22,42 +23,33 @@ LAUNCH = """<launch>
   </include>
 </launch>
 """
-INERTIAL = (
-    '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial>'
-)
-
-
-def link(name, mass, inertia, shape=""):
-    collision = f"<collision>{shape}</collision>" if shape else ""
-    return f'<link name="{name}">{INERTIAL.format(mass, inertia)}{collision}</link>'
 
 
 def box(x, y, z):
-    return f'<geometry><box size="{x} {y} {z}"/></geometry>'
+    return f'<box size="{x} {y} {z}"/>'
 
 
-def robot(name, parts, library, **tags):
+def with_plugin(name, parts, library, **tags):
     inner = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
     plugin = f'<plugin name="p" filename="lib{library}.so">{inner}</plugin>' if library else ""
-    return f'<robot name="{name}">{parts}<gazebo>{plugin}</gazebo></robot>'
+    return robot(parts, f"<gazebo>{plugin}</gazebo>", name=name)
 
 
 BLOCK = link("base", 2.0, 0.02, box(0.2, 0.2, 0.2))
 CRATE = link("base", 0.05, 1e-4, box(0.04, 0.04, 0.04))
 ROBOTS = {  # name -> URDF, y and height where it is spawned
     "mover": (
-        robot("mover", BLOCK, "gazebo_ros_force_based_move", robotNamespace="mover",
+        with_plugin("mover", BLOCK, "gazebo_ros_force_based_move", robotNamespace="mover",
               x_velocity_p_gain=1500, y_velocity_p_gain=1500, yaw_velocity_p_gain=5), 0, 0.1,
     ),
     "sucker": (
-        robot("sucker", '<link name="world"/>' + link("arm", 1.0, 0.01)
-              + '<joint name="f" type="fixed"><parent link="world"/><child link="arm"/></joint>',
+        with_plugin("sucker", '<link name="world"/>' + link("arm", 1.0, 0.01)
+              + joint("f", "fixed", "world", "arm"),
               "gazebo_ros_vacuum_gripper", bodyName="arm", robotNamespace="sucker",
               topicName="grasping"), 10, 0.5,
     ),
-    "crate": (robot("crate", CRATE, ""), 10, 0.47),
-    "load": (robot("load", BLOCK, ""), 0, 0.1),  # behind the mover
+    "crate": (robot(CRATE, name="crate"), 10, 0.47),
+    "load": (robot(BLOCK, name="load"), 0, 0.1),  # behind the mover
 }  # fmt: skip
 COMMAND = Twist()
 COMMAND.linear.x = 0.5

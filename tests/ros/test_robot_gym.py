@@ -88,7 +88,12 @@ COMMANDS = ("/cmd_vel", "/bot/left/command", "/bot/right/command")
 class RobotGym(unittest.TestCase):
     """Both robots drive in the graph and in the environment."""
 
-    def test_the_same_messages_to_the_bit(self):
+    def test_the_same_messages_to_the_bit_and_then_the_node_of_a_policy_commands_it(self):
+        self.check_messages()
+        self.check_policy()
+
+    def check_messages(self):
+        """From the beginning of the world on."""
         wait_running("/bot", 3)
         recorders = {name: Recorder(name, kind) for name, kind in TOPICS.items()}
         publishers = [
@@ -118,8 +123,7 @@ class RobotGym(unittest.TestCase):
         self.assertEqual(min(compared.values()), ACTIONS, compared)
         env.close()
 
-    def test_with_a_policy_its_node_commands_the_robot(self):  # after the other, which begins at 0
-        wait_running("/bot", 3)
+    def check_policy(self):
         urdf = os.path.join(rospkg.RosPack().get_path("paddock_gym"), "examples", "cart.urdf")
         env = RobotEnv(urdf=urdf, action="cmd_vel", observation="scan", scaled=True)
         about = policy_description(env)

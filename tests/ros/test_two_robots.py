@@ -4,12 +4,9 @@ import math
 import unittest
 
 import rospy
-from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SpawnModel
-from geometry_msgs.msg import Point, Pose, Quaternion
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from sim_client import (
-    START_LIMIT,
     Recorder,
     joint,
     sleep_sim,
@@ -99,24 +96,3 @@ class TwoRobots(unittest.TestCase):
             self.assertAlmostEqual(self.place("car2")[axis], before[axis], delta=1e-3)
         self.assertLess(self.spin("car2"), 0.05)
         self.drive("car1", 0.0)
-
-    def test_one_is_deleted_and_the_other_goes_on(self):
-        spawn = rospy.ServiceProxy("/gazebo/spawn_urdf_model", SpawnModel)
-        pose = Pose(Point(0.0, 4.0, 0.05), Quaternion(w=1.0))
-        text = rospy.get_param("/car1/robot_description")
-        self.assertTrue(spawn("car3", text, "/car3", pose, "world").success)
-        rospy.wait_for_service("/car3/controller_manager/list_controllers", START_LIMIT)
-        delete = rospy.ServiceProxy("/gazebo/delete_model", DeleteModel)
-        self.assertTrue(delete("car3").success)
-        models = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
-        self.assertNotIn("car3", models().model_names)
-        with self.assertRaises(rospy.ROSException):
-            rospy.wait_for_service("/car3/controller_manager/list_controllers", timeout=0.5)
-        wait_until(
-            lambda: "/car3/odom" not in {t for t, _ in rospy.get_published_topics()},
-            "the topics of car3 to go",
-        )
-        x, _ = self.place("car2")
-        self.drive("car2", SPEED)
-        wait_until(lambda: self.place("car2")[0] > x + 0.2, "car2 driving 0.2 m")
-        self.drive("car2", 0.0)

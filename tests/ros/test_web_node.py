@@ -1,9 +1,6 @@
 """The page's node beside a real world: what a page sees, drives and does."""
 
-import math
-import os
 import signal
-import subprocess
 import unittest
 
 import numpy as np
@@ -14,9 +11,6 @@ from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
-from testing import executable
-
-ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
 
 
 class Web(unittest.TestCase):
@@ -54,9 +48,6 @@ class Web(unittest.TestCase):
     def key(self, name):
         return next(body["key"] for body in self.scene()["bodies"] if body["name"] == name)
 
-    def names(self):
-        return {body["name"] for body in self.scene()["bodies"]}
-
     def twists(self):
         return [(m.linear.x, m.angular.z) for m in self.commands.messages]
 
@@ -80,25 +71,6 @@ class Web(unittest.TestCase):
         pose = self.odometry.newest.pose.pose.position
         self.assertAlmostEqual(row[0], pose.x, delta=0.05)
         self.assertAlmostEqual(row[1], pose.y, delta=0.05)
-
-    def test_driving_moves_the_car_and_ends_with_one_zero(self):
-        self.page.act("place", model="racecar", x=0.0, y=0.0, z=0.0, yaw=0.0)
-        wait_until(lambda: any("racecar is put" in t for t in self.page.notices), "the car put")
-        wait_until(lambda: abs(self.odometry.newest.pose.pose.position.x) < 0.02, "it is there")
-        start = self.odometry.newest.pose.pose.position.x
-
-        def driven():
-            self.page.send("drive", speed=0.3, steering=0.0)
-            return abs(self.odometry.newest.pose.pose.position.x - start) > 0.15
-
-        wait_until(driven, "the car's move")
-        wait_until(lambda: self.page.status["driver"] == self.page.status["you"], "its seat")
-        self.page.send("drive", speed=0.0, steering=0.0)
-        wait_until(lambda: self.twists()[-1:] == [(0.0, 0.0)], "the last zero")
-        rospy.sleep(1.0)
-        self.assertEqual(self.twists().count((0.0, 0.0)), 1)
-        self.assertEqual(self.twists()[-1], (0.0, 0.0))
-        self.assertEqual(self.twists()[0][0], 0.3 * 50.0)
 
     def test_a_page_that_goes_stops_the_car(self):
         page = self.open()
@@ -127,20 +99,6 @@ class Web(unittest.TestCase):
         page.act("pace", factor=1)
         wait_until(lambda: page.status["pace"] == 1.0, "the pace")
 
-    def test_models_come_go_and_are_put_elsewhere(self):
-        page = self.page
-        for kind in ("box", "cone", "car"):
-            page.act("spawn", kind=kind, **ON_TRACK, yaw=0.5)
-            wait_until(lambda kind=kind: f"{kind}_1" in self.names(), f"a {kind}")
-        key = self.key("box_1")
-        page.act("place", model="box_1", x=2.0, y=1.0, z=0.0)
-        wait_until(lambda: page.row(key) and abs(page.row(key)[0] - 2.0) < 0.05, "the box there")
-        for kind in ("box", "cone", "car"):
-            page.act("remove", model=f"{kind}_1")
-        wait_until(lambda: not {"box_1", "cone_1", "car_1"} & self.names(), "them gone")
-        page.act("remove", model="nothing")
-        wait_until(lambda: any("'nothing'" in text for text in page.notices), "the reason")
-
     def test_reset_sets_time_back(self):
         page = self.page
         wait_until(lambda: page.views and page.views[-1]["time"] > 2.0, "some time")
@@ -157,23 +115,12 @@ class Web(unittest.TestCase):
         lidar = page.status["lidars"][0]
         page.send("want", camera="/camera/image", lidar=lidar, data=True, contacts=True)
         wait_until(lambda: {"image", "points"} <= {head["type"] for head, _ in page.binary}, "both")
-        head, data = next(each for each in page.binary if each[0]["type"] == "points")
+        head = next(head for head, _ in page.binary if head["type"] == "points")
         frames = {name for body in self.scene()["bodies"] for name in body["frames"]}
         self.assertIn(head["frame"], frames)
-        points = np.frombuffer(data, np.float32).reshape(-1, 3)
-        self.assertTrue(np.isfinite(points).all())
-        image = next(data for head, data in page.binary if head["type"] == "image")
-        self.assertEqual(image[:2], b"\xff\xd8")
         wait_until(lambda: "lateral_error" in page.data, "the referee's word")
-        self.assertTrue(math.isfinite(page.data["lateral_error"]))
-        self.assertLessEqual(head["hits"], len(points))
         wait_until(lambda: page.contacts and len(page.contacts["rows"]) >= 4, "contacts of wheels")
         page.send("want", camera="", lidar="", data=False, contacts=False)
-        page.views.clear()
-        wait_until(lambda: len(page.views) > 10, "views without contacts")
-        sent, page.contacts = page.contacts, None
-        rospy.sleep(0.5)
-        self.assertIsNone(page.contacts, sent)
         wait_until(lambda: not self.subscribed("/camera/image"), "the end of the subscription")
 
     def subscribed(self, topic):
@@ -206,16 +153,3 @@ class Web(unittest.TestCase):
         self.assertEqual(web.end(signal.SIGTERM), 0)
         wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
-
-    def test_a_wrong_setting_is_named(self):
-        for name, parameter, reason in (
-            ("one", "_share:=true", "share needs a password of at least 6 characters"),
-        ):
-            done = subprocess.run(
-                [executable("bullet_web", "web"), parameter, f"__name:={name}"],
-                capture_output=True,
-                text=True,
-                env={**os.environ, "PADDOCK_WEB_PASSWORD": "short"},
-            )
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(reason, done.stdout + done.stderr)

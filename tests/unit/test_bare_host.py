@@ -8,34 +8,6 @@ import run_rig  # noqa: F401 - puts the package commands on the path
 from commands.bare import host
 
 PEM = "-----BEGIN CERTIFICATE-----\n{}\n-----END CERTIFICATE-----"
-APT = """#!/bin/sh
-case "$*" in
-  *Origin*) printf '%b' "$URIS" ;;
-  indextargets) [ -e "$LISTS" ] && echo some ;;
-  update) : >"$LISTS" ;;
-esac
-"""
-
-
-@pytest.fixture
-def apt(tmp_path, monkeypatch):
-    """A stand-in for apt-get: it tells $URIS, and makes $LISTS at an update."""
-    programs = tmp_path / "programs"
-    programs.mkdir()
-    (programs / "apt-get").write_text(APT)
-    (programs / "apt-get").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
-    monkeypatch.setenv("LISTS", str(tmp_path / "lists"))
-
-
-@pytest.mark.parametrize("uris, found", [
-    ("", host.FALLBACK),
-    ("http://a.example.org/debian/\\nhttps://b.example.org/debian/\\n", "http://a.example.org/debian"),
-    ("file:/srv/debian\\nhttps://b.example.org/debian\\n", "https://b.example.org/debian"),
-])  # fmt: skip
-def test_the_mirror(apt, tmp_path, monkeypatch, uris, found):
-    monkeypatch.setenv("URIS", uris)
-    assert host.mirror() == found and (tmp_path / "lists").exists()
 
 
 @pytest.fixture

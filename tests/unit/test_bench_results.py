@@ -1,20 +1,14 @@
 """Results as data: what is in bench/results/, and what a file of results must hold."""
 
-import json
 import sys
 from pathlib import Path
-
-import pytest
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
 import results  # noqa: E402
-from figures import Spread  # noqa: E402
 from pairs import alternate  # noqa: E402
 from sections import SECTIONS  # noqa: E402
-
-import bench  # noqa: E402
 
 
 def test_what_is_kept_is_of_the_schema_and_of_a_section():
@@ -41,34 +35,3 @@ def test_what_is_saved_can_be_read(tmp_path, monkeypatch):
     assert (figure["name"], figure["unit"]) == ("ode, steps, a car", "")
     assert (found["name"], found["others"]) == ("solver", 0.0)
     assert found["machine"]["cores"] >= 1 and found["machine"]["processor"]
-
-
-@pytest.mark.parametrize(
-    "change, words",
-    [
-        (lambda it: it.pop("commit"), "the document has the keys"),
-        (lambda it: it.update(more=1), "the document has the keys"),
-        (lambda it: it.update(format=2), "format is 2, must be 1"),
-        (lambda it: it.update(date=1), "date of the document is 1"),
-        (lambda it: it["machine"].pop("cores"), "machine has the keys"),
-        (lambda it: it.update(figures=[]), "figures is empty"),
-        (lambda it: it["figures"].append(it["figures"][0]), "two figures have the name 'pace'"),
-        (lambda it: it["figures"][0].pop("unit"), "a figure has the keys"),
-        (lambda it: it["figures"][0].update(value=float("nan")), "value of 'pace' is nan"),
-        (lambda it: it["figures"][0].update(runs=1), "'pace' has 1 runs and the spread"),
-        (lambda it: it["figures"][0].update(spread=None), "'pace' has 3 runs and the spread None"),
-        (lambda it: it["figures"][0].update(spread=[3.0, 4.0]), "is not around 2.0"),
-    ],
-)
-def test_what_is_not_of_the_schema_is_refused(change, words):
-    made = results.document("scale", {"pace": (Spread.of([1.0, 2.0, 3.0]), "x")}, 0.0)
-    change(made)
-    with pytest.raises(ValueError, match="(?s)" + words.replace("(", "\\(")):
-        results.check(json.dumps(made))
-
-
-def test_a_quick_run_is_not_kept(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["bench", "--quick", "--save"])
-    with pytest.raises(SystemExit) as ended:
-        bench.main()
-    assert ended.value.code == 2 and "not to be quoted" in capsys.readouterr().err

@@ -1,13 +1,10 @@
 """Documents: their commands exist, texts of errors are in the sources, tables are the code's."""
 
-import json
 import re
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [
@@ -63,18 +60,10 @@ def test_words_of_commands_exist(path):
 @pytest.mark.parametrize(
     "line",
     [
-        "./run train NAME --observatoin camera",
         "./run lap --driver lien",
-        "./run evaluate first --track default medum",
-        "./run world pased:=true",
-        "./run world gui:=yes",
         "./run test crcle",
-        "./run exec rolaunch track_model world.launch",
-        "roslaunch cybertruck truck.launch trailr:=true",
         "rosservice call /gazebo/pause_phisics",
         "./run exec rostopic pub /cmd_vel geometry_msgs/Twits '{}'",
-        "PADDOCK_SOLVER=bullet ./rum exec roslaunch PACKAGE FILE.launch",
-        "podman run --rm paddock demo && ./run demoo",
     ],
 )
 def test_words_that_do_not_exist_are_found(line):
@@ -99,16 +88,6 @@ def test_reasons_name_tests_that_exist():
     for name in named:
         found = (ROOT / name).is_file() if "/" in name else name in files
         assert found, f"{name}: no such test; see {page_commands.__file__}"
-
-
-def test_what_is_typed_is_found(tmp_path):
-    page = tmp_path / "page.md"
-    page.write_text(
-        "Type `rosparam list` or:\n\n    ./run web  # a comment\n\n```bash\n./run lap \\\n"
-        "  --driver line\n```\n\n```python\nimport rospy\n```\n"
-    )
-    wanted = ["./run lap --driver line", "./run web", "rosparam list"]
-    assert sorted(page_commands.lines(page)) == wanted
 
 
 def test_what_is_run_is_on_a_page():
@@ -158,64 +137,8 @@ def test_the_page_of_results_is_that_of_the_files():
     assert (ROOT / "docs" / "results.md").read_text() == results_page.page()
 
 
-def recorded(name, *figures):
-    """A document of bench/results.py; figures: (name, median, unit)."""
-    return {
-        "name": name,
-        "date": "2026-01-02T03:04:05+0000",
-        "commit": "12345678",
-        "machine": {"processor": "Fast", "cores": 2, "kernel": "6", "python": "3.11.2"},
-        "others": 0.0,
-        "figures": [
-            {"name": label, "value": value, "unit": unit, "runs": 3, "spread": [value, value]}
-            for label, value, unit in figures
-        ],
-    }
-
-
 def test_each_section_of_the_bench_is_told_on_the_page_of_results():
     assert set(results_page.TOLD) == set(results_page.SECTIONS)
-
-
-def test_a_section_of_results_has_a_sentence_its_method_and_a_table(tmp_path):
-    text = results_page.section(recorded("start", ("start to 7 controllers", 2.5, "s")))
-    assert "**All controllers of the car run 2.50 s after `roslaunch`.** Wall time" in text
-    assert "*Fast, 2 cores, Python 3.11.2; commit 12345678, 2026-01-02.*" in text
-    assert "| start to 7 controllers | 2.50 s | 2.50 to 2.50 | 3 |" in text
-    laps = [(f"{name}, over ROS longer by", more, "%") for name, more in (("a", -0.3), ("b", 0.2))]
-    text = results_page.section(recorded("gym_gap", *laps))
-    assert "**Over ROS a lap takes as long as in the gym within 0.300 %: `a`, `b`.**" in text
-    paces = json.loads(results_page.PACES.read_text())["worlds"]
-    (first, one), (second, other) = list(paces.items())[:2]
-    found = recorded(
-        "beside_gazebo",
-        (f"beside Gazebo, {first}", 3.0 * one["ratio"]["median"], ""),
-        (f"beside Gazebo, {second}", 0.5 * other["ratio"]["median"], ""),
-    )
-    text = results_page.section(found)
-    assert "at least as fast as Gazebo in 1 of 2 worlds: 0.500 to 3.00 times" in text
-    assert "| 3 | 3.00 |" in text and "| 3 | 0.500 |" in text
-    results_page.draw(found, tmp_path / "plot.png")
-    drawn = np.asarray(Image.open(tmp_path / "plot.png").convert("RGB")).reshape(-1, 3)
-    for color in ((47, 111, 143), (179, 84, 30)):  # a bar that is faster and one that is slower
-        assert (drawn == color).all(axis=1).sum() > 500
-
-
-def test_paces_that_were_disturbed_are_left_out_and_names_are_words():
-    figures = (("cars x pace, 2", 1.1, "x"), ("memory per car", 3.0, "MB"))
-    found = dict(recorded("scale", *figures), others=0.5)
-    text = results_page.section(found)
-    assert "memory per car | 3.00 MB" in text and "cars x pace, 2" not in text
-    assert "disturbed by other processes and are left out" in text and "![" not in text
-    found["others"] = 0.0
-    assert "cars x pace, 2 | 1.10 x" in results_page.section(found)
-    for name, words in {
-        "own time, imu_1_khz": "processor time of its stepping thread alone: IMU 1 kHz",
-        "free, camera_160x120_30_hz": "as fast as possible: camera 160x120 30 Hz",
-        "latency hinge_camera, p50": "latency hinge camera, half within",
-        "paddock_state_1 over mujoco_1": "paddock_state_1 over mujoco_1",
-    }.items():
-        assert results_page.named({"name": name}) == words
 
 
 def test_the_readme_has_the_figure_of_the_page_of_results():

@@ -4,8 +4,6 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = "bench", "commands", "docs", "src", "tests"
 
@@ -128,19 +126,3 @@ def python_files():
 def test_no_modules_import_each_other_in_a_circle():
     graph = graph_of(modules_of(python_files()), lambda path: (ROOT / path).read_text())
     assert [str(path) for path in in_circles(graph)] == []
-
-
-@pytest.mark.parametrize(
-    "texts, expected",
-    [
-        ({"a": "import p.b", "b": "import p.c", "c": ""}, []),
-        ({"a": "from . import b", "b": "def f():\n    from p.a import x"}, ["a", "b"]),
-        ({"a": "import p.b", "b": "importlib.import_module('p.a')"}, ["a", "b"]),
-        ({"__init__": "from p.a import x", "a": "from p import x"}, ["__init__", "a"]),
-    ],
-)  # fmt: skip
-def test_circles_are_found(texts, expected):
-    folder = Path("src/pack/src/p")
-    paths = {folder / f"{name}.py": text for name, text in texts.items()}
-    found = in_circles(graph_of(modules_of(paths), paths.__getitem__))
-    assert [path.stem for path in found] == expected

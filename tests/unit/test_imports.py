@@ -81,22 +81,6 @@ def is_ros(name):
     return name in ROS_CLIENTS or name.endswith("_msgs")
 
 
-@pytest.mark.parametrize(
-    "text, expected",
-    [
-        ("import a.b", {"a"}),
-        ("from a.b import c", {"a"}),
-        ("def f():\n    import a", {"a"}),
-        ("from . import a", set()),
-        ("import importlib\nimportlib.import_module('a.b')", {"importlib", "a"}),
-        ("__import__('a')", {"a"}),
-    ],
-)
-def test_the_walker_sees_imports(tmp_path, text, expected):
-    (tmp_path / "a.py").write_text(text)
-    assert {name for name, _ in imports_of(tmp_path / "a.py")} == expected
-
-
 @pytest.mark.parametrize("package", ROBOT_PACKAGES)
 def test_robot_packages_do_not_know_the_simulator(package):
     assert offences(ROOT / "src" / package, SIMULATOR.__contains__) == []

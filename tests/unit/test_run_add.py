@@ -14,7 +14,7 @@ import yaml
 from run_rig import PATIENCE, run
 from users_rig import MANIFEST, git
 
-from commands import check_remedies, repositories
+from commands import repositories
 from commands import sources as repos
 from commands.bootstrap import workspace
 from commands.errors import CommandError, Interrupted, UsageError
@@ -45,16 +45,6 @@ def test_the_index_is_complete():
 def test_where_a_name_has_its_sources(name, places):
     found = repos.repositories_of(name)
     assert [(each.name, each.version, len(each.only)) for each in found] == places
-
-
-def test_check_names_what_can_be_added():
-    for package, command in [
-        ("amcl", "./run add amcl"),
-        ("scout_control", "./run add scout_control"),
-    ]:
-        remedy = check_remedies.for_package(package, lambda _: set(), lambda names: {package: []})
-        assert remedy == command
-    assert repos.adding("nobodys_package") == ""
 
 
 def test_the_list_is_printed():

@@ -1,16 +1,12 @@
 """./run train, evaluate and lap --driver policy: arguments, and what they become."""
 
 import json
-import os
 from argparse import Namespace
-from contextlib import nullcontext
 
 import pytest
-from run_rig import ROOT
 
 from commands import environment, launching, processes
-from commands.bootstrap import packages, venv
-from commands.bootstrap.step import Step
+from commands.bootstrap import venv
 from commands.errors import UsageError
 from commands.parsing import parser_of
 from commands.subcommands import cluster, evaluate, lap, train
@@ -29,20 +25,6 @@ def trainings(tmp_path, monkeypatch):
 
 def parsed(module, name, *words):
     return parser_of(name, module).parse_args(words)
-
-
-def test_a_training_of_nothing_but_defaults():
-    table = train.wanted(parsed(train, "train"))
-    assert os.path.basename(table.pop("folder")) == "first"
-    assert table == {
-        "name": "first",
-        "observation": ["state"],
-        "steps": train.STEPS["state"],
-        "until_laps": True,
-        "workers": train.WORLDS,
-        "threads": True,
-        "resume": False,
-    }
 
 
 @pytest.mark.parametrize(
@@ -187,35 +169,3 @@ def test_a_training_of_backing_has_no_options_of_the_car():
             train.wanted(parsed(train, "train", "rig", "--env", "backing", *words))
     with pytest.raises(UsageError, match="env is 'boat'; there are deepracer, backing"):
         parsed(train, "train", "--env", "boat")
-
-
-@pytest.mark.parametrize("name", venv.EXTRAS)
-def test_what_is_missing_of_an_extra_is_installed_once(name, tmp_path, monkeypatch):
-    asked, done = [], []
-    monkeypatch.setattr(venv, "VENV", str(tmp_path))
-    monkeypatch.setattr(venv, "SetupLock", nullcontext)
-    monkeypatch.setattr(
-        packages.processes, "run_child", lambda argv, **_: asked.append(argv[2:]) or 0
-    )
-    monkeypatch.setattr(
-        Step, "_start", lambda _step, argv, _environ: done.append(argv) or Ended(argv)
-    )
-    venv.prepare_extras(name)
-    venv.prepare_extras(name)
-    lists = [*venv.BELOW.get(name, ()), name]
-    needed = [each for each in lists if (ROOT / "config" / f"apt-{each}.txt").exists()]
-    assert asked == 2 * [["--packages", f"apt-{each}.txt", "2"] for each in needed]
-    pip, *checks = done
-    words = [word for each in lists for word in ("-r", venv.extra_requirements(each))]
-    assert pip[-1 - len(words) :] == ["--no-compile", *words]
-    assert [check[-1] for check in checks] == [f"import {venv.EXTRAS[each]}" for each in lists]
-
-
-class Ended:
-    """A program that has ended well."""
-
-    def __init__(self, argv):
-        self.args = argv
-
-    def poll(self):
-        return 0

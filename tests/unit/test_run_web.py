@@ -6,7 +6,7 @@ import os
 import pytest
 
 from commands import environment, launching, locks, parsing, processes
-from commands.errors import CommandError, UsageError
+from commands.errors import UsageError
 from commands.subcommands import replay, web
 
 
@@ -46,14 +46,6 @@ def test_beside_a_simulator_only_the_page_is_started(started, monkeypatch, capsy
     assert words == ["port:=0", "share:=false"]
     with pytest.raises(UsageError, match="web.launch has no argument 'track'"):
         run(web, "web", "track:=hard")
-
-
-def test_a_page_that_is_up_is_not_ended_by_a_second_one(started, monkeypatch):
-    monkeypatch.setattr(launching, "simulator_runs", lambda environ: True)
-    monkeypatch.setattr(launching, "page_runs", lambda environ: True)
-    with pytest.raises(CommandError, match="on http://127.0.0.1:1 has a page already") as error:
-        run(web, "web")
-    assert error.value.advice[-1] == "./run exec rosnode kill /web" and started == []
 
 
 @pytest.mark.parametrize(

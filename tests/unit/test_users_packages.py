@@ -4,7 +4,6 @@ import shutil
 import subprocess
 
 import pytest
-import run_rig
 from run_rig import ROOT
 from users_rig import HEAD, of_type, package
 
@@ -186,8 +185,3 @@ def test_what_is_left_out_is_said_once(monkeypatch):
     one, other = (left_out.LeftOut(name, "", "it needs no_such_thing") for name in ("a", "b"))
     assert left_out.lines([one]) == ["left out: a: it needs no_such_thing"]
     assert left_out.lines([left_out.LeftOut(**vars(one)), other]) == [other.line()]
-
-
-def test_rig_has_the_rule(tmp_path):
-    root = run_rig.small_clone(tmp_path / "paddock")
-    assert (root / "src" / "standins" / "give_way.py").exists()

@@ -12,12 +12,9 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from controller_manager_msgs import srv
 from fake_impl import FakeServer, Topic
+from urdf_texts import CONTROL, link
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
-    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
-CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>'
+LINK = link("{0}")
 
 
 def transmissions(kinds, prefix="hardware_interface/"):

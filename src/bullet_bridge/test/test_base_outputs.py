@@ -17,6 +17,7 @@ from bullet_sim.world import World
 from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of, twist
 from geometry_msgs.msg import Wrench
 from std_srvs.srv import EmptyRequest
+from urdf_texts import joint, link, robot
 
 GRAVITY = (0.0, 0.0, 0.0)
 
@@ -24,36 +25,23 @@ MASS, INERTIA = 2.0, 0.5
 
 
 def box(name, mass=MASS, inertia=INERTIA):
-    return (
-        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{inertia}" '
-        f'iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    )
+    return link(name, mass, inertia)
 
 
-BOX = f'<robot name="r">{box("base")}</robot>'
+BOX = robot(box("base"))
 
 
 def wheel(name, xyz):
-    return (
-        f'<link name="{name}"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" '
-        'izz="1e-3"'
-        ' ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
-        "<cylinder "
-        f'radius="0.1" length="0.004"/></geometry></collision></link><joint name="{name}_j" '
-        f'type="continuous"><parent link="{"fork" if name == "front" else "base"}"/><child '
-        f'link="{name}"/><origin xyz="{xyz}"/><axis xyz="0 1 0"/></joint>'
-    )
+    parent, shape = "fork" if name == "front" else "base", '<cylinder radius="0.1" length="0.004"/>'
+    turning = joint(f"{name}_j", "continuous", parent, name, xyz)
+    return link(name, 0.2, 1e-3, shape, "1.5707963 0 0") + turning
 
 
-TRIKE = (
-    f'<robot name="trike">{box("base", 4.0, 0.1)}{box("fork", 0.3, 0.01)}'
-    '<joint name="steer" type="continuous"><parent link="base"/><child link="fork"/>'
-    '<origin xyz="0.4 0 0"/><axis xyz="0 0 1"/></joint>'
-    + wheel("front", "0 0 0")
-    + wheel("left", "0 0.2 0")
-    + wheel("right", "0 -0.2 0")
-    + "</robot>"
-)
+TRIKE = robot(
+    box("base", 4.0, 0.1), box("fork", 0.3, 0.01),
+    joint("steer", "continuous", "base", "fork", "0.4 0 0", "0 0 1"),
+    wheel("front", "0 0 0"), wheel("left", "0 0.2 0"), wheel("right", "0 -0.2 0"),
+)  # fmt: skip
 
 
 def run(plugin, world, steps):
@@ -293,13 +281,10 @@ def test_a_vacuum_gripper_tells_of_each_link_that_is_near(world, topics, text):
     assert topics["/grasping"].messages[-1].data is True
 
 
-ROLLER = (
-    f'<robot name="r">{box("base", 2.0, 100.0)}<link name="wheel"><inertial><mass value="0.2"/>'
-    '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere '
-    'radius="0.1"/></geometry></collision></link><joint name="axle" type="continuous"><parent '
-    'link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint></robot>'
-)
+ROLLER = robot(
+    box("base", 2.0, 100.0), link("wheel", 0.2, 1e-3, '<sphere radius="0.1"/>'),
+    joint("axle", "continuous", "base", "wheel"),
+)  # fmt: skip
 ROLLING, PUSH, NORMAL = 1.0, 2.0, 20.0  # [m/s], [N], [N] of the plugin
 
 

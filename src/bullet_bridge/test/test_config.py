@@ -17,12 +17,9 @@ def parse(**values):
 
 
 def test_defaults(monkeypatch):
-    monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
-    monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
-    monkeypatch.delenv("PADDOCK_FIXED_JOINTS", raising=False)
-    monkeypatch.delenv("PADDOCK_MISSING_PACKAGES", raising=False)
-    monkeypatch.delenv("PADDOCK_MASSLESS_LINKS", raising=False)
-    monkeypatch.delenv("PADDOCK_REAL_TIME_FACTOR", raising=False)
+    for name in list(os.environ):
+        if name.startswith("PADDOCK_"):
+            monkeypatch.delenv(name)
     assert parse() == Config(world_pace=True)
 
 
@@ -110,6 +107,7 @@ def test_good_values(name, value, field, expected):
         ("pub_clock_frequency", math.nan),
         ("renderer", "ogre"),
         ("renderer", 3),
+        ("fixed_joints", "rigid"),
         ("paused", "yes"),
         ("paused", 1),
         ("lockstep", "no"),
@@ -156,17 +154,13 @@ def test_limits_of_files_are_parameters_that_other_processes_have_too(monkeypatc
         parse()
 
 
-def test_fixed_joints_are_gazebos_unless_they_are_to_be_merged(monkeypatch):
-    assert parse().fixed_joints == "keep" and parse(fixed_joints="merge").fixed_joints == "merge"
-    monkeypatch.setenv("PADDOCK_FIXED_JOINTS", "merge")
-    assert parse().fixed_joints == "merge" and parse(fixed_joints="keep").fixed_joints == "keep"
-    with pytest.raises(ValueError, match="parameter fixed_joints is 'rigid'; it must be"):
-        parse(fixed_joints="rigid")
-
-
 @pytest.mark.parametrize(
     "name, default, other",
-    [("missing_packages", "refuse", "warn"), ("massless_links", "leave_out", "keep")],
+    [
+        ("missing_packages", "refuse", "warn"),
+        ("massless_links", "leave_out", "keep"),
+        ("fixed_joints", "keep", "merge"),
+    ],
 )
 def test_choices_of_the_environment_count_where_no_parameter_is_given(
     monkeypatch, name, default, other

@@ -26,7 +26,8 @@ JOINT = (
     '<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'
 )
-COVARIANCES = {f"{of}_covariance_diagonal": [0.0] * 6 for of in ("pose", "twist")}
+DIAGONAL = [0.1, 0.0, 0.0, 0.0, 0.0, 0.6]
+COVARIANCES = dict.fromkeys(("pose_covariance_diagonal", "twist_covariance_diagonal"), DIAGONAL)
 PLACES = {
     "left": "0 0.2 0",
     "right": "0 -0.2 0",
@@ -140,12 +141,6 @@ def test_publish_state_publishes_the_pid_state_of_every_update(bot):
     assert message.output == pytest.approx(message.p_term + message.i_term + message.d_term)
 
 
-def test_nothing_is_published_while_it_is_stopped(bot):
-    bot.ask("load_controller", name="arm")
-    bot.run(50)
-    assert not bot.control.schedules() and bot.endpoints["/bot/arm/state"].messages == []
-
-
 def test_a_pid_of_each_joint_can_be_tuned(bot):
     assert bot.ask("load_controller", name="arms").ok
     assert bot.endpoints["/bot/arms/command"].kind is Float64MultiArray
@@ -246,6 +241,7 @@ def test_odometry_is_that_of_its_stamp(bot):
     )
     assert last.twist.twist.linear.x == pytest.approx(0.4, rel=1e-3)
     assert (last.header.frame_id, last.child_frame_id) == ("odom", "footprint")
+    assert last.pose.covariance[0] == 0.1 and last.twist.covariance[35] == 0.6
     moved = bot.endpoints["/tf"].messages[-1].transforms[0]
     assert moved.transform.translation.x == last.pose.pose.position.x
     assert (moved.header, moved.child_frame_id) == (last.header, "footprint")

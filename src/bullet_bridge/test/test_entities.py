@@ -9,15 +9,13 @@ from bullet_sim.errors import WorldError
 from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
+from urdf_texts import link
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
 GRAVITY = (0.0, 0.0, 0.0)
 
-LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
-    "</inertial></link>"
-)
+LINK = link("{}")
 URDF = (
     '<robot name="r">' + LINK.format("base") + LINK.format("arm") + '<joint name="hinge" '
     'type="continuous"><origin xyz="1 0 0"/><parent link="base"/><child link="arm"/>'

@@ -8,6 +8,7 @@ from bullet_bridge.gazebo_host import libraries, texts
 from bullet_sim.plugins import cpp
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot
 
 MODEL = """<sdf version="1.6"><model name="thing">
 <link name="base"><pose>0 0 0.1 0 0 0</pose><inertial><pose>0.01 0 0 0 0 0</pose><mass>2</mass>
@@ -20,11 +21,10 @@ MODEL = """<sdf version="1.6"><model name="thing">
 </joint><joint name="weld" type="fixed"><parent>arm</parent><child>tip</child></joint>{}</model>
 </sdf>"""
 PLUGIN = '<plugin name="p" filename="libmine.so"><value>3</value></plugin>'
-URDF = """<robot name="thing"><link name="base"><inertial><mass value="1"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="box"><inertial><mass value="1"/><origin xyz="0 0 1"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="weld" type="fixed"><parent link="base"/><child link="box"/></joint></robot>"""
+URDF = robot(
+    link("base", inertia=1), link("box", inertia=1, center="0 0 1"),
+    joint("weld", "fixed", "base", "box"),
+)  # fmt: skip
 
 
 def no_file(uri):

@@ -14,14 +14,11 @@ from bullet_sim.plugins.gazebo import (
 )
 from bullet_sim.pose import Pose
 from fake_impl import FakeServer, fake_publishers, in_thread, plugin_of
+from urdf_texts import link
 
 GRAVITY = (0.0, 0.0, 0.0)
 
-LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
-    ' ixy="0" ixz="0" iyz="0"/>'
-    "</inertial></link>"
-)
+LINK = link("{}")
 JOINT = (
     '<joint name="{0}" type="continuous"><parent link="base"/><child link="{0}_link"/>'
     '<axis xyz="0 1 0"/></joint>'

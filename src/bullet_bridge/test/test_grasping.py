@@ -11,11 +11,9 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from fake_impl import FakeReceivedCounts, plugin_of
 from std_msgs.msg import String
+from urdf_texts import inertial
 
-INERTIA = (
-    '<inertial><mass value="{0}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial>'
-)
+INERTIA = inertial("{0}", 0.01)
 BOX = '<collision><geometry><box size="{0}"/></geometry></collision>'
 
 

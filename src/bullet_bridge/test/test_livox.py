@@ -12,6 +12,7 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from fake_impl import plugin_of
 from sensor_msgs.msg import PointCloud, PointCloud2
+from urdf_texts import link
 
 GRAVITY = (0.0, 0.0, 0.0)
 
@@ -32,9 +33,7 @@ def robot(path, **values):
         for axis, rows, wide in (("horizontal", 100, 0.6), ("vertical", 50, 0.6))
     )
     return (
-        '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-        'izz="1"'
-        ' ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo reference="base">'
+        f'<robot name="r">{link("base", 2, 1)}<gazebo reference="base">'
         '<sensor type="ray" name="livox"><pose>'
         "0 0 0.5 0 0 0</pose><update_rate>10</update_rate><plugin name='p' "
         f"filename='liblivox_laser_simulation.so'><ray><scan>{axes}</scan><range><min>0.1</min>"

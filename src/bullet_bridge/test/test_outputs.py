@@ -34,18 +34,18 @@ from fake_impl import (
     twist,
 )
 from sensor_msgs.srv import SetCameraInfoRequest
+from urdf_texts import joint, link, robot, tags
 
 from bullet_bridge import robots
 from bullet_sim import plugins
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
-BOT = (
-    '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
-    'iyy="0.02" izz="0.02"/></inertial><collision><geometry><box size="0.4 0.3 0.2"/></geometry>'
-    '</collision></link><link name="bumper"><collision name="rubber"><geometry>'
-    '<box size="0.02 0.3 0.1"/></geometry></collision></link><joint name="j" type="fixed">'
-    '<parent link="base"/><child link="bumper"/><origin xyz="0.21 0 0"/></joint></robot>'
+BOT = robot(
+    link("base", 2, 0.02, '<box size="0.4 0.3 0.2"/>'),
+    '<link name="bumper"><collision name="rubber"><geometry><box size="0.02 0.3 0.1"/></geometry>'
+    "</collision></link>",
+    joint("j", "fixed", "base", "bumper", "0.21 0 0"),
 )
 
 
@@ -510,27 +510,33 @@ def test_stereo_baseline():
     assert info.P[3] == pytest.approx(-50 * 0.07) and info.P[0] == pytest.approx(50)
 
 
-CART = (
-    '<robot name="cart"><link name="base"><inertial><mass value="3"/><inertia ixx="0.05" '
-    'iyy="0.05" izz="0.05"/></inertial>'
-    + "".join(
-        f'<collision><origin xyz="{x} 0 -0.06"/><geometry><sphere radius="0.04"/></geometry>'
-        "</collision>"
-        for x in (0.15, -0.15)
-    )
-    + '</link><gazebo reference="base"><mu1>0</mu1>'
-    "<mu2>0</mu2></gazebo>"
-    + "".join(
-        f'<link name="{side}"><inertial><mass value="0.3"/><inertia ixx="0.001" iyy="0.001" '
-        'izz="0.001"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
-        '<cylinder radius="0.1" length="0.03"/></geometry></collision></link>'
-        f'<joint name="{side}_joint" type="continuous"><parent link="base"/><child '
-        f'link="{side}"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/></joint>'
+CART = robot(
+    link("base", 3, 0.05).replace(
+        "</link>",
+        "".join(
+            f'<collision><origin xyz="{x} 0 -0.06"/><geometry><sphere radius="0.04"/></geometry>'
+            "</collision>"
+            for x in (0.15, -0.15)
+        )
+        + "</link>",
+    ),
+    tags("base", mu1=0, mu2=0),
+    *(
+        link(side, 0.3, 0.001, '<cylinder radius="0.1" length="0.03"/>', "1.5707963 0 0")
+        + joint(f"{side}_joint", "continuous", "base", side, f"0 {y} 0")
         for side, y in (("left", 0.2), ("right", -0.2))
-    )
-    + '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><wheelSeparation>0.4'
+    ),
+    '<gazebo><plugin name="d" filename="libgazebo_ros_diff_drive.so"><wheelSeparation>0.4'
     "</wheelSeparation><wheelDiameter>0.2</wheelDiameter><updateRate>50</updateRate>"
-    "<robotNamespace>n</robotNamespace>{}</plugin></gazebo></robot>"
+    "<robotNamespace>n</robotNamespace>{}</plugin></gazebo>",
+    name="cart",
+)
+
+
+FOUR_WHEELS = "".join(
+    f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
+    for side in ("left", "right")
+    for end in ("Front", "Rear")
 )
 
 
@@ -599,12 +605,7 @@ def test_the_encoders_odometry_has_no_sign_backwards_as_upstream(topics, world, 
 def test_odometry_on_a_slope_is_along_the_heading_in_the_plane(topics, world):
     """Of the velocity in the world x and y alone count; its height is left out by skid steering."""
     text = CART.format("").replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
-    joints = "".join(
-        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
-        for side in ("left", "right")
-        for end in ("Front", "Rear")
-    )
-    skid = text.replace("</plugin>", f"{joints}<broadcastTF>true</broadcastTF></plugin>")
+    skid = text.replace("</plugin>", f"{FOUR_WHEELS}<broadcastTF>true</broadcastTF></plugin>")
     place = Pose.from_xyz_rpy((0.0, 0.0, 5.0), (0.1, 0.3, 0.5))
     for name, content, height in (("diff", CART.format(""), 5.0), ("skid", skid, 0.0)):
         cart = world.spawn_urdf(name, content, place, str)
@@ -641,12 +642,7 @@ def test_outputs_of_diff_drive_that_are_switched_off(topics, world, tags, expect
 
 
 def test_the_covariances_of_skid_steering():
-    joints = "".join(
-        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
-        for side in ("left", "right")
-        for end in ("Front", "Rear")
-    )
-    text = CART.format(f"{joints}<covariance_x>0.5</covariance_x>")
+    text = CART.format(f"{FOUR_WHEELS}<covariance_x>0.5</covariance_x>")
     text = text.replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
     [spec] = parse_urdf(text, str).sensors
     assert not spec.publish_tf and spec.torque == 5.0

@@ -10,12 +10,9 @@ from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_impl import fake_reconfigure
+from urdf_texts import CONTROL, link, robot
 
-CAR = (
-    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link><gazebo><plugin name="c" '
-    'filename="libgazebo_ros_control.so"/></gazebo></robot>'
-)
+CAR = robot(link("base"), CONTROL)
 
 
 class FakeServer:

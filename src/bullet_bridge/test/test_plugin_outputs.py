@@ -27,28 +27,20 @@ from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of, twis
 from geometry_msgs.msg import Vector3
 from hector_gazebo_plugins.srv import SetBiasRequest, SetReferenceGeoPoseRequest
 from sensor_msgs.msg import PointCloud, Range
+from urdf_texts import joint, link, robot
 
 WALL = (
     '<model name="w"><static>true</static><link name="l"><collision name="c"><geometry><box><size>'
     "0.2 20 20</size></box></geometry></collision></link></model>"
 )
-CART = (
-    '<robot name="cart"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02"'
-    ' izz="0.02"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.3 0.2 0.1"/>'
-    "</geometry></collision>"
-    "</link>"
-    + "".join(
-        f'<link name="{side}_wheel"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" '
-        'izz="1e-3"'
-        ' ixy="0" ixz="0" iyz="0"/></inertial><collision><origin rpy="1.5707963 0 0"/><geometry>'
-        "<cylinder "
-        f'radius="0.1" length="0.04"/></geometry></collision></link><joint name="{side}" '
-        f'type="continuous"><parent link="base"/><child link="{side}_wheel"/><origin '
-        f'xyz="0.1 {y} 0"/><axis xyz="0 1 0"/></joint>'
+CART = robot(
+    link("base", 2, 0.02, '<box size="0.3 0.2 0.1"/>'),
+    *(
+        link(f"{side}_wheel", 0.2, 1e-3, '<cylinder radius="0.1" length="0.04"/>', "1.5707963 0 0")
+        + joint(side, "continuous", "base", f"{side}_wheel", f"0.1 {y} 0")
         for side, y in (("left", 0.15), ("right", -0.15))
-    )
-    + "</robot>"
+    ),
+    name="cart",
 )
 
 

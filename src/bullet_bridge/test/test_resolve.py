@@ -24,24 +24,72 @@ def test_packages_are_found_without_rospkg_as_with_it():
         assert set(with_rospkg.exported(key)) == set(without.exported(key))
 
 
+def make_package(folder, name="park_sim", more=""):
+    """A package, and what it depends on and exports."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "package.xml").write_text(f"""<package format="2"><name>{name}</name>
+        <version>0.0.1</version><description>d</description>
+        <maintainer email="a@example.org">a</maintainer><license>MIT</license>{more}</package>""")
+
+
 @pytest.fixture(name="models")
 def model_folder(tmp_path, monkeypatch):
     """A model folder on GAZEBO_MODEL_PATH."""
-    (tmp_path / "cone").mkdir()
+    (tmp_path / "cone" / "scripts").mkdir(parents=True)
     (tmp_path / "cone" / "model.sdf").write_text("<sdf/>")
     (tmp_path / "cone" / "cone.obj").write_text("")
     monkeypatch.setenv("GAZEBO_MODEL_PATH", f"/nowhere:{tmp_path}")
     return tmp_path
 
 
-def test_package():
-    share = rospkg.RosPack().get_path("bullet_bridge")
-    assert resolver()("package://bullet_bridge/package.xml") == f"{share}/package.xml"
+@pytest.mark.parametrize(
+    "uri, path",
+    [
+        ("package://bullet_bridge/package.xml", "{share}/package.xml"),
+        ("model://bullet_bridge/package.xml", "{share}/package.xml"),
+        ("model://cone", "{models}/cone/model.sdf"),
+        ("model://cone/cone.obj", "{models}/cone/cone.obj"),
+        ("model://cone/scripts", "{models}/cone/scripts"),
+        ("package://cone/cone.obj", "{models}/cone/cone.obj"),  # a package's name that is a model
+        ("{models}/cone", "{models}/cone/model.sdf"),
+        ("file://{models}/cone", "{models}/cone/model.sdf"),
+        ("file:///a/b.stl", "/a/b.stl"),
+        ("/a/b.stl", "/a/b.stl"),
+    ],
+)
+def test_where_a_uri_leads(models, uri, path):
+    places = {"models": models, "share": rospkg.RosPack().get_path("bullet_bridge")}
+    assert resolver()(uri.format(**places)) == path.format(**places)
 
 
-def test_unknown_package_is_named():
-    with pytest.raises(ValueError, match="package 'no_such_pkg'"):
-        resolver()("package://no_such_pkg/a.stl")
+@pytest.mark.parametrize(
+    "uri, text",
+    [
+        ("package://no_such_pkg/a.stl", "package 'no_such_pkg'"),
+        ("model://no_such_model", "no_such_model.*/nowhere.*{models}"),
+        ("http://x/y.stl", "scheme 'http'"),
+        ("b.stl", "'b.stl' is in none of"),
+        ("", "is empty"),
+    ],
+)
+def test_what_leads_nowhere_is_named(models, uri, text):
+    with pytest.raises(ValueError, match=text.format(models=models)):
+        resolver()(uri)
+
+
+def test_world_files_as_they_are_and_of_gazebo_ros(tmp_path, monkeypatch):
+    monkeypatch.delenv("GAZEBO_RESOURCE_PATH", raising=False)
+    (tmp_path / "a.world").write_text(WORLD)
+    monkeypatch.chdir(tmp_path)
+    worlds = f"{rospkg.RosPack().get_path('gazebo_ros')}/worlds"
+    for name, path in (
+        ("a.world", "a.world"),
+        (f"{tmp_path}/a.world", f"{tmp_path}/a.world"),
+        ("worlds/empty.world", f"{worlds}/empty.world"),
+        ("empty_world.world", f"{worlds}/empty_world.world"),
+        ("file://worlds/shapes.world", f"{worlds}/shapes.world"),
+    ):
+        assert resolver().world(name) == path
 
 
 @pytest.mark.parametrize(
@@ -57,24 +105,6 @@ def test_unknown_package_is_named():
 )
 def test_the_package_that_is_missing(models, text, name):
     assert resolver().missing_package(text) == name
-
-
-def test_model_by_name_and_file(models):
-    resolve = resolver()
-    assert resolve("model://cone") == str(models / "cone" / "model.sdf")
-    assert resolve("model://cone/cone.obj") == str(models / "cone" / "cone.obj")
-
-
-def test_model_path_of_a_package():
-    share = rospkg.RosPack().get_path("bullet_bridge")
-    assert resolver()("model://bullet_bridge/package.xml") == f"{share}/package.xml"
-
-
-def test_a_folder_within_a_model(models):
-    (models / "cone" / "materials" / "scripts").mkdir(parents=True)
-    assert resolver()("model://cone/materials/scripts") == str(
-        models / "cone" / "materials" / "scripts"
-    )
 
 
 @pytest.mark.parametrize(
@@ -126,10 +156,8 @@ def test_a_package_exports_its_model_folder(tmp_path, monkeypatch, depends):
     package = tmp_path / "park_sim"
     (package / "models" / "tree").mkdir(parents=True)
     (package / "models" / "tree" / "model.sdf").write_text("<sdf/>")
-    (package / "package.xml").write_text(f"""<package format="2"><name>park_sim</name>
-        <version>0.0.1</version><description>d</description>
-        <maintainer email="a@example.org">a</maintainer><license>MIT</license>{depends}
-        <export><gazebo_ros gazebo_model_path="${{prefix}}/models"/></export></package>""")
+    export = '<export><gazebo_ros gazebo_model_path="${prefix}/models"/></export>'
+    make_package(package, more=depends + export)
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "package.xml").write_text("<package><name>broken</name></package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
@@ -145,11 +173,6 @@ def test_models_of_the_home_folder(tmp_path, monkeypatch):
     assert resolver()("model://tree") == str(folder / "model.sdf")
 
 
-def test_a_models_folder_by_path(models):
-    assert resolver()(str(models / "cone")) == str(models / "cone" / "model.sdf")
-    assert resolver()(f"file://{models / 'cone'}") == str(models / "cone" / "model.sdf")
-
-
 def test_relative_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "media").mkdir()
     (tmp_path / "media" / "a.stl").write_text("")
@@ -159,34 +182,6 @@ def test_relative_file_in_resource_path(tmp_path, monkeypatch):
         resolver()("file://media/b.stl")
 
 
-def test_unknown_model_names_it_and_the_folders(models):
-    with pytest.raises(ValueError) as error:
-        resolver()("model://no_such_model")
-    assert "no_such_model" in str(error.value)
-    assert str(models) in str(error.value) and "/nowhere" in str(error.value)
-
-
-def test_file_and_absolute_path():
-    assert resolver()("file:///a/b.stl") == "/a/b.stl"
-    assert resolver()("/a/b.stl") == "/a/b.stl"
-
-
-@pytest.mark.parametrize(
-    "uri, text",
-    [("http://x/y.stl", "scheme 'http'"), ("b.stl", "'b.stl' is in none of"), ("", "is empty")],
-)
-def test_other_uris_are_errors(uri, text):
-    with pytest.raises(ValueError, match=text):
-        resolver()(uri)
-
-
-def test_world_file_as_it_is(tmp_path, monkeypatch):
-    (tmp_path / "a.world").write_text(WORLD)
-    monkeypatch.chdir(tmp_path)
-    assert resolver().world("a.world") == "a.world"
-    assert resolver().world(str(tmp_path / "a.world")) == str(tmp_path / "a.world")
-
-
 def test_world_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "worlds").mkdir()
     (tmp_path / "worlds" / "empty.world").write_text(WORLD)
@@ -194,20 +189,12 @@ def test_world_file_in_resource_path(tmp_path, monkeypatch):
     assert resolver().world("worlds/empty.world") == str(tmp_path / "worlds" / "empty.world")
 
 
-def test_world_file_of_gazebo_ros(monkeypatch):
-    monkeypatch.delenv("GAZEBO_RESOURCE_PATH", raising=False)
-    share = rospkg.RosPack().get_path("gazebo_ros")
-    assert resolver().world("worlds/empty.world") == f"{share}/worlds/empty.world"
-
-
 def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
     package = tmp_path / "park_sim"
     (package / "worlds").mkdir(parents=True)
     (package / "worlds" / "park.world").write_text(WORLD)
-    (package / "package.xml").write_text("""<package format="2"><name>park_sim</name>
-        <version>0.0.1</version><description>d</description>
-        <maintainer email="a@example.org">a</maintainer><license>MIT</license>
-        <export><gazebo_ros gazebo_media_path="/nowhere:${prefix}"/></export></package>""")
+    export = '<export><gazebo_ros gazebo_media_path="/nowhere:${prefix}"/></export>'
+    make_package(package, more=export)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
     assert resolver().world("worlds/park.world") == str(package / "worlds" / "park.world")
 
@@ -257,17 +244,9 @@ def test_a_model_comes_before_a_folder_of_its_name(tmp_path, monkeypatch):
     assert resolver()("model://cone") == str(tmp_path / "two" / "cone" / "model.sdf")
 
 
-def make_package(folder, name):
-    """A package that exports nothing."""
-    folder.mkdir(parents=True)
-    (folder / "package.xml").write_text(f"""<package format="2"><name>{name}</name>
-        <version>0.0.1</version><description>d</description>
-        <maintainer email="a@example.org">a</maintainer><license>MIT</license></package>""")
-
-
 @pytest.mark.parametrize("below", ["worlds/models", "worlds", "models", "."])
 def test_beside_the_world_and_in_its_package(tmp_path, below):
-    make_package(tmp_path / "park", "park_sim")
+    make_package(tmp_path / "park")
     folder = tmp_path / "park" / below / "tree"
     folder.mkdir(parents=True)
     (folder / "model.sdf").write_text("<sdf/>")
@@ -278,12 +257,8 @@ def test_beside_the_world_and_in_its_package(tmp_path, below):
     assert resolve("model://tree") == str(folder / "model.sdf")
 
 
-def test_package_names_that_are_models(models):
-    assert resolver()("package://cone/cone.obj") == str(models / "cone" / "cone.obj")
-
-
 def test_paths_of_another_machine(tmp_path, monkeypatch, models):
-    make_package(tmp_path / "here" / "park_sim", "park_sim")
+    make_package(tmp_path / "here" / "park_sim")
     mesh = tmp_path / "here" / "park_sim" / "meshes" / "m.stl"
     mesh.parent.mkdir()
     mesh.write_text("")
@@ -293,9 +268,3 @@ def test_paths_of_another_machine(tmp_path, monkeypatch, models):
     assert resolve("/home/ann/.gazebo/models/cone/cone.obj") == str(models / "cone" / "cone.obj")
     for path in ("/home/ann/ws/src/park_sim/meshes/n.stl", "/home/ann/m.stl"):
         assert resolve(path) == path
-
-
-def test_worlds_by_plain_name():
-    share = rospkg.RosPack().get_path("gazebo_ros")
-    assert resolver().world("empty_world.world") == f"{share}/worlds/empty_world.world"
-    assert resolver().world("file://worlds/shapes.world") == f"{share}/worlds/shapes.world"

@@ -75,6 +75,9 @@ class Rig:
         monkeypatch.setattr(
             module.rospy, "logerr", lambda text, *rest: self.errors.append(text % rest)
         )
+        monkeypatch.setattr(
+            module.rospy, "logerr_throttle", lambda _, text, *__: self.errors.append(text)
+        )
         self.world = SimpleNamespace(
             models={}, step_count=0, time_step=0.001, time=0.0, name="w", sources=lambda: []
         )
@@ -202,16 +205,11 @@ def test_models_come_and_go(rig):
     assert rig.made[1].times == pytest.approx([0.04, 0.06, 0.08, 0.1])
 
 
-def test_a_sensor_that_cannot_work_is_skipped(rig):
-    rig.model("a", None, 50)
+@pytest.mark.parametrize("rate, reason", [(None, "bad sensor"), (-1, "too large")])
+def test_a_sensor_that_cannot_work_is_skipped(rig, rate, reason):
+    rig.model("a", rate, 50)
     assert rig.run(20) == [20] and len(rig.made) == 1
-    assert rig.errors == ["model 'a': sensor on /topic is left out: bad sensor"]
-
-
-def test_a_number_out_of_range_skips_the_sensor_alone(rig):
-    rig.model("a", -1, 50)
-    assert len(rig.made) == 1 and rig.robots.next_due() == 20
-    assert rig.errors == ["model 'a': sensor on /topic is left out: too large"]
+    assert rig.errors == [f"model 'a': sensor on /topic is left out: {reason}"]
 
 
 @pytest.mark.parametrize("error", [OSError("no master"), KeyboardInterrupt()])
@@ -318,7 +316,7 @@ def test_failures_of_images_are_returned(rig):
 
 
 class Control:
-    during_init = None
+    during_init = error = None
 
     def __init__(self, _jobs, _world, model, namespace, _received, run):
         self.model, self.namespace, self.closed, self.closed_here = model, namespace, False, False
@@ -333,7 +331,13 @@ class Control:
     on_time_step = refresh
 
     def schedules(self):
-        return []
+        """Every 10 steps."""
+        return [(False, SubscribedSchedule(100, 0.001, 0, lambda: True))]
+
+    def publish(self, step, _time):
+        if self.error is not None:
+            raise self.error
+        self.published = step
 
     def close(self):
         self.closed_here = True
@@ -345,7 +349,7 @@ def _spawn(rig, monkeypatch):
     monkeypatch.setattr(module, "RobotControl", Control)
     monkeypatch.setattr(Control, "during_init", None)
 
-    def spawn(name, *sensors):
+    def spawn(name, *sensors, namespace="/n/"):
         model = SimpleNamespace(
             name=name,
             manager=True,
@@ -354,7 +358,7 @@ def _spawn(rig, monkeypatch):
             ),
         )
         rig.world.models[name] = model
-        rig.robots.connect(model, "/n/")
+        rig.robots.connect(model, namespace)
 
     return spawn
 
@@ -409,3 +413,15 @@ def test_a_namespace_is_free_again_after_a_deletion_or_a_failed_spawn(rig, spawn
     assert rig.errors == ["model 'd' has no controllers: taken"]
     spawn("e")
     assert list(rig.robots._controls) == ["e"] and len(rig.errors) == 1
+
+
+@pytest.mark.parametrize("error", [ValueError("no rotation"), OverflowError("too much")])
+def test_a_controller_that_cannot_be_published_stops_no_other(rig, spawn, error):
+    for name in ("a", "b"):
+        spawn(name, namespace=f"/{name}/")
+    first, second = rig.robots._controls.values()
+    first.error = error
+    rig.robots.publish(10, 0.01)
+    assert second.published == 10
+    (text,) = rig.errors
+    assert "'a'" in text and str(error) in text

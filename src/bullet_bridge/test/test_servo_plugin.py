@@ -10,14 +10,11 @@ from bullet_sim.pose import Pose, multiply
 from fake_impl import fake_publishers, plugin_of
 from geometry_msgs.msg import Quaternion, QuaternionStamped
 from std_msgs.msg import Header
+from urdf_texts import link
 
 GRAVITY = (0.0, 0.0, 0.0)
 
-LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"'
-    ' ixy="0" ixz="0" iyz="0"/>'
-    "</inertial></link>"
-)
+LINK = link("{}", inertia=0.01)
 JOINT = (
     '<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{0}_link"/><axis '
     'xyz="{2}"/><limit lower="-2" upper="2" effort="1" velocity="9"/></joint>'

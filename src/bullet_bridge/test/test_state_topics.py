@@ -8,15 +8,11 @@ from bullet_bridge.plugins.states import METRICS_PERIOD, PerformanceTopic, State
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from fake_impl import fake_publishers
+from urdf_texts import joint, link, robot
 
 GRAVITY = (0.0, 0.0, 0.0)
 
-URDF = (
-    '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
-    'iyy="0.1" izz="0.1"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="plate"/><joint name="weld" '
-    'type="fixed"><parent link="base"/><child link="plate"/></joint></robot>'
-)
+URDF = robot(link("base"), '<link name="plate"/>', joint("weld", "fixed", "base", "plate"))
 
 
 @pytest.fixture(name="topics")
@@ -98,18 +94,14 @@ def test_models_that_come_and_go_and_are_loaded_again(topics, world):
                 assert (place.x, place.y, place.z) == pytest.approx(expected, abs=1e-9)
 
 
-JOINTED = (
-    '<robot name="r"><link name="base"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
-    '<inertia ixx="0.1" iyy="0.2" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    + "".join(
-        f'<link name="arm{i}"><inertial><origin xyz="0 0.05 0"/><mass value="0.5"/><inertia '
-        f'ixx="0.01" iyy="0.01" izz="0.01"'
-        f' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j{i}" type="continuous">'
-        f'<parent link="base"/><child link="arm{i}"/><origin xyz="0 {i} 0" rpy="0.3 0 0"/>'
-        '<axis xyz="0 0 1"/></joint>'
+JOINTED = robot(
+    link("base", 1, (0.1, 0.2, 0.1), center="0.1 0 0"),
+    *(
+        link(f"arm{i}", 0.5, 0.01, center="0 0.05 0")
+        + f'<joint name="j{i}" type="continuous"><parent link="base"/><child link="arm{i}"/>'
+        f'<origin xyz="0 {i} 0" rpy="0.3 0 0"/><axis xyz="0 0 1"/></joint>'
         for i in range(3)
-    )
-    + "</robot>"
+    ),
 )
 
 
@@ -120,8 +112,8 @@ def test_all_links_at_once_are_as_one_by_one(topics, world):
     world.step(20)
     motions = dict(zip(model.bodies, model.body_motions()))
     assert len(motions) == 4
-    for link, motion in motions.items():
-        assert motion == model.link_motion(link)
+    for name, motion in motions.items():
+        assert motion == model.link_motion(name)
 
 
 def test_links_of_models_inside_a_model_are_not_in_link_states_as_in_gazebo(topics, world):

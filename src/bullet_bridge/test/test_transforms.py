@@ -6,11 +6,9 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins.transforms import JointTransformsSpec, RootTransformSpec
 from bullet_sim.pose import Pose
 from fake_impl import fake_publishers, plugin_of
+from urdf_texts import inertial
 
-MASS = (
-    '<inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" '
-    'izz="0.01"/></inertial>'
-)
+MASS = inertial(inertia=0.01)
 PLUGIN = (
     '<gazebo><plugin name="p" filename="libpaddock_state_publisher.so"><updateRate>20</updateRate>'
     "<frameName>map</frameName></plugin></gazebo>"

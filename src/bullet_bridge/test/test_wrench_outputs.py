@@ -15,11 +15,9 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from urdf_texts import CONTROL, link
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" '
-    'ixz="0" iyz="0"/></inertial></link>'
-)
+LINK = link("{0}", 2)
 
 
 def _plugin(library, tags):
@@ -214,7 +212,6 @@ IMU = (
     '<gazebo reference="a"><sensor name="body" type="imu"><plugin filename='
     '"libgazebo_ros_imu_sensor.so"><frameName>imu_frame</frameName></plugin></sensor></gazebo>'
 )
-CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>'
 PARAMS = {
     "/bot/imus": {"type": "imu_sensor_controller/ImuSensorController", "publish_rate": 100},
     "/bot/loads": {

@@ -6,6 +6,7 @@ from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot, tags
 
 HALF_PI = 1.5707963267948966
 SLIDE_TIME = 0.6  # [s]
@@ -81,33 +82,24 @@ def skid_base(
         effort: limit of each wheel [N m].
         fdir1: first direction of the wheels' friction; empty: none given.
     """
-    direction = f"<fdir1>{fdir1}</fdir1>" if fdir1 else ""
+    surface = {"mu1": mu, "mu2": mu, **({"fdir1": fdir1} if fdir1 else {})}
     x, y, z = 2 * half_base, 1.9 * half_track, 0.1
     i = [mass / 12.0 * (a * a + b * b) for a, b in ((y, z), (x, z), (x, y))]
     shape = f'<sphere radius="{radius}"/>'
     if not round_wheels:
         shape = f'<cylinder radius="{radius}" length="0.04"/>'
-    spin = wheel_mass * radius**2 / 2
-    text = (
-        f'<robot name="skid"><link name="base"><inertial><mass value="{mass}"/><inertia '
-        f'ixx="{i[0]}" iyy="{i[1]}" izz="{i[2]}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    )
-    for name, ax, ay in (
-        ("fl", half_base, half_track),
-        ("fr", half_base, -half_track),
-        ("rl", -half_base, half_track),
-        ("rr", -half_base, -half_track),
-    ):
-        text += (
-            f'<link name="{name}"><inertial><mass value="{wheel_mass}"/><inertia ixx="{spin / 2}" '
-            f'iyy="{spin}" izz="{spin / 2}" ixy="0" ixz="0" iyz="0"/></inertial><collision><origin '
-            f'rpy="{HALF_PI} 0 0"/><geometry>{shape}</geometry></collision></link>'
-            f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}"/>'
-            f'<origin xyz="{ax} {ay} 0"/><axis xyz="0 1 0"/><limit effort="{effort}" '
-            f'velocity="0"/></joint><gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2>'
-            f"{direction}</gazebo>"
-        )
-    return parse_urdf(text + "</robot>", nowhere, "skid")
+    spin, limit = wheel_mass * radius**2 / 2, f'<limit effort="{effort}" velocity="0"/>'
+    parts = [link("base", mass, tuple(i))]
+    for end, ax in (("f", half_base), ("r", -half_base)):
+        for side, ay in (("l", half_track), ("r", -half_track)):
+            name = end + side
+            moments = (spin / 2, spin, spin / 2)
+            parts += [
+                link(name, wheel_mass, moments, shape, f"{HALF_PI} 0 0"),
+                joint(name, "continuous", "base", name, f"{ax} {ay} 0", more=limit),
+                tags(name, **surface),
+            ]
+    return parse_urdf(robot(*parts), nowhere, "skid")
 
 
 def world_of(*models, gravity=(0.0, 0.0, -9.81), step=0.001, solver="ode"):

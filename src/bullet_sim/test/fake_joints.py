@@ -1,5 +1,6 @@
-"""Joints without an engine, for controllers."""
+"""Joints without an engine, for controllers, and bases that drive on such."""
 
+from bullet_sim.controllers.manager import Manager
 from bullet_sim.engine.quickstep.law import effort_of
 
 # what controllers of bases cannot be loaded without
@@ -81,3 +82,23 @@ class FakeMotor:
     def release(self):
         """As Motor's."""
         self._joints.release((self._name,))
+
+
+class Base:
+    """A manager with one running controller, 'base', of a base that drives."""
+
+    def __init__(self, joints, description, config):
+        self.joints, self.manager = joints, Manager(joints, description)
+        self.config = self.manager.load("base", {**COVARIANCES, **config})
+        self.manager.switch(["base"], [])
+        self.controller = self.manager.get("base")
+
+    def run(self, seconds, command=None):
+        """Simulate; a command is repeated every 0.1 s. Returns the odometry."""
+        for step in range(round(seconds / 0.001)):
+            if command is not None and step % 100 == 0:
+                self.manager.command("base", command)
+            self.manager.update(0.001)
+            self.joints.move(0.001)
+        self.manager.observe()
+        return self.controller.odometry

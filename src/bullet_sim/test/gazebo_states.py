@@ -9,6 +9,8 @@ import struct
 import zlib
 from pathlib import Path
 
+from urdf_texts import joint, link, robot, tags
+
 RECORD = Path(__file__).with_name("gazebo_states.json")
 STEPS, EVERY = 500, 100  # made in all, between two recorded states
 # Fewer, where contacts of edges, or of depth 0, are there or not by the rounding of a number: from
@@ -40,40 +42,12 @@ GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
 
 
-def link(name, mass, inertia, shape="", rpy="0 0 0", center="0 0 0"):
-    """A link; inertia: one number, or (ixx, iyy, izz)."""
-    xx, yy, zz = (inertia,) * 3 if isinstance(inertia, float) else inertia
-    collision = f'<collision><origin rpy="{rpy}"/><geometry>{shape}</geometry></collision>'
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{center}"/><mass value="{mass}"/>'
-        f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        f"{collision if shape else ''}</link>"
-    )
-
-
-def joint(name, kind, parent, child, at="0 0 0", axis="0 1 0", more=""):
-    return (
-        f'<joint name="{name}" type="{kind}"><origin xyz="{at}"/><parent link="{parent}"/>'
-        f'<child link="{child}"/><axis xyz="{axis}"/>{more}</joint>'
-    )
-
-
-def tags(name, **values):
-    """A <gazebo> element of a link."""
-    inner = "".join(f"<{key}>{value}</{key}>" for key, value in values.items())
-    return f'<gazebo reference="{name}">{inner}</gazebo>'
-
-
 def wheel(name, x, y, parent="base", shape=""):
     """A wheel of 10 cm; its joint is NAME_joint."""
     cylinder = '<cylinder radius="0.1" length="0.05"/>'
     return link(
         name, 0.5, (0.0014, 0.0025, 0.0014), shape or cylinder, "0 0 0" if shape else "1.5708 0 0"
     ) + joint(f"{name}_joint", "continuous", parent, name, f"{x} {y} 0")
-
-
-def robot(*parts):
-    return f'<robot name="bot">{"".join(parts)}</robot>'
 
 
 def in_gazebo(name, kind, parent, child, at="0 0 0", axis="0 1 0"):

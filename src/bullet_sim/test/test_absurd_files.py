@@ -20,6 +20,7 @@ from bullet_sim.world import World
 from bullet_sim.xml_reader import MAX_DEPTH, parse
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
+from urdf_texts import inertial
 
 pytestmark = pytest.mark.isolated  # it forks
 
@@ -27,8 +28,7 @@ MAX_MEMORY = 500_000_000  # [bytes] of memory that one file may cost
 LONGEST = 30.0  # [s] of CPU time: 2 s on the machines that this was measured on
 FEW = settings(derandomize=True, deadline=None, max_examples=60, database=None)
 URDF = (
-    '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
-    'izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial><visual><geometry>{}</geometry></visual>'
+    f'<robot name="r"><link name="a">{inertial()}<visual><geometry>{{}}</geometry></visual>'
     "<collision><geometry>{}</geometry></collision></link></robot>"
 )
 

@@ -45,13 +45,6 @@ def described(text):
     return parse_world(f'<sdf version="1.7"><world name="w">{text}</world></sdf>', str)
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World()
-    yield world
-    world.close()
-
-
 def loaded(world, text):
     world.load(described(text))
     return world.models["walker"]

@@ -7,6 +7,7 @@ from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot
 
 SIZE = 0.2
 
@@ -22,23 +23,11 @@ def block(mass=1.0, static=False, center=0.0):
     )
 
 
-ARM = (
-    '<robot name="arm"><link name="world"/><link name="post"><inertial><mass value="5"/><inertia '
-    'ixx="1" iyy="1" izz="1"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="f" type="fixed">'
-    '<parent link="world"/>'
-    '<child link="post"/></joint><link name="hand"><inertial><origin xyz="0.3 0 0"/><mass '
-    'value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" '
-    'type="continuous"><parent link="post"/><child link="hand"/><axis xyz="0 1 0"/></joint></robot>'
-)
-
-
-@pytest.fixture(name="world", params=["ode", "bullet"])
-def _world(request):
-    world = World(solver=request.param)
-    yield world
-    world.close()
+ARM = robot(
+    '<link name="world"/>', link("post", 5, 1), joint("f", "fixed", "world", "post"),
+    link("hand", 2, center="0.3 0 0"), joint("j", "continuous", "post", "hand"),
+)  # fmt: skip
+SOLVERS = ("ode", "bullet")
 
 
 def spawned(world, name, place, rpy=(0.0, 0.0, 0.0), **values):

@@ -7,16 +7,11 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_joints import COVARIANCES
+from urdf_texts import CONTROL, inertial, link, robot
 
 RADIUS, WHEELBASE, TRACK = 0.1, 0.5, 0.4  # [m]
-BODY = (
-    '<link name="base"><inertial><origin xyz="{}"/><mass value="4"/><inertia ixx="0.05" '
-    'iyy="0.05" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
-INERTIAL = (
-    '<inertial><mass value="0.5"/><inertia ixx="0.002" iyy="0.003" izz="0.002" ixy="0" '
-    'ixz="0" iyz="0"/></inertial>'
-)
+BODY = link("base", 4, (0.05, 0.05, 0.1), center="{}")
+INERTIAL = inertial(0.5, (0.002, 0.003, 0.002))
 
 
 def wheel(name, parent, xyz):
@@ -41,19 +36,12 @@ def ball(name, xyz):
     )
 
 
-def robot(*parts):
-    """A <robot> with the ros_control plugin."""
-    return (
-        '<robot name="bot">' + "".join(parts) + '<gazebo><plugin name="c" '
-        'filename="libgazebo_ros_control.so"/></gazebo></robot>'
-    )
-
-
 DIFF = robot(
     BODY.format("0.05 0 0"),
     wheel("left", "base", f"0 {TRACK / 2} 0"),
     wheel("right", "base", f"0 {-TRACK / 2} 0"),
     ball("nose", "0.2 0 -0.05"),
+    CONTROL,
 )
 TRICYCLE = robot(
     BODY.format("0.2 0 0"),
@@ -64,45 +52,26 @@ TRICYCLE = robot(
     f'"{WHEELBASE} 0 0"/><parent link="base"/><child link="fork"/><axis xyz="0 0 1"/>'
     '<limit lower="-1" upper="1" effort="20" velocity="10"/></joint>',
     wheel("front", "fork", "0 0 0"),
+    CONTROL,
 )
+DIFF_DRIVE = {
+    "type": "diff_drive_controller/DiffDriveController",
+    "left_wheel": "left",
+    "right_wheel": "right",
+}
+ACKERMANN = {
+    "type": "ackermann_steering_controller/AckermannSteeringController",
+    "rear_wheel": "rear",
+    "front_steer": "steer",
+}
 
 
 @pytest.mark.parametrize(
     "urdf, config, command, turn",
     [
-        (
-            DIFF,
-            {
-                "type": "diff_drive_controller/DiffDriveController",
-                **COVARIANCES,
-                "left_wheel": "left",
-                "right_wheel": "right",
-            },
-            (0.4, 0.8),
-            0.8,
-        ),
-        (
-            DIFF,
-            {
-                "type": "diff_drive_controller/DiffDriveController",
-                **COVARIANCES,
-                "left_wheel": "left",
-                "right_wheel": "right",
-            },
-            (-0.4, 0.3),
-            0.3,
-        ),
-        (
-            TRICYCLE,
-            {
-                "type": "ackermann_steering_controller/AckermannSteeringController",
-                **COVARIANCES,
-                "rear_wheel": "rear",
-                "front_steer": "steer",
-            },
-            (0.4, 0.5),
-            0.4 * math.tan(0.5) / WHEELBASE,
-        ),
+        (DIFF, DIFF_DRIVE, (0.4, 0.8), 0.8),
+        (DIFF, DIFF_DRIVE, (-0.4, 0.3), 0.3),
+        (TRICYCLE, ACKERMANN, (0.4, 0.5), 0.4 * math.tan(0.5) / WHEELBASE),
     ],
     ids=["diff", "diff backwards", "ackermann"],
 )
@@ -111,7 +80,7 @@ def test_odometry_stays_with_the_truth_on_a_circle(urdf, config, command, turn):
     world.spawn(sdf.ground_plane())
     bot = world.spawn_urdf("bot", urdf, Pose((0.0, 0.0, RADIUS)), str)
     world.step(200)
-    bot.manager.load("base", config)
+    bot.manager.load("base", {**config, **COVARIANCES})
     bot.manager.switch(["base"], [])
     start = bot.pose
     seconds, heading = 0.0, 0.0

@@ -7,7 +7,6 @@ import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.bases import (
     UNLIMITED,
-    ForceMoveSpec,
     ManyWheelsSpec,
     TricycleMotion,
     TricycleSpec,
@@ -37,13 +36,6 @@ def read(library, tags):
     return model.sensors, model.warnings
 
 
-def test_force_based_move_has_hectors_defaults():
-    ((spec,), warnings) = read("gazebo_ros_force_based_move", "")
-    assert spec == ForceMoveSpec("p", "base_footprint", base="base_footprint")
-    assert (spec.gains, spec.timeout, spec.maxima) == ((1e4, 1e4, 100.0), -1.0, UNLIMITED)
-    assert warnings == []
-
-
 @pytest.mark.parametrize(
     "name, timeout, maxima, sideways, holds",
     [
@@ -64,19 +56,6 @@ WHEELS = (
     "<encoderWheelLeftJoint>left_j</encoderWheelLeftJoint>"
     "<encoderWheelRightJoint>right_j</encoderWheelRightJoint>"
 )
-
-
-def test_tricycle_has_upstreams_defaults():
-    ((spec,), _) = read("gazebo_ros_tricycle_drive", WHEELS)
-    assert spec == TricycleSpec(
-        "p",
-        "base_footprint",
-        steering="steer_j",
-        wheel="front_j",
-        encoders=("left_j", "right_j"),
-        command_topic="/bot/cmd_vel",
-        topic="/bot/odom",
-    )
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,11 @@ from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched
 from bullet_sim.world import World
+from urdf_texts import inertial
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
-MASS = '<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
+MASS = inertial(2, 0.02)
 ROBOT = (
     f'<robot name="r"><link name="base">{MASS}<collision><geometry><box size="0.4 0.2 0.1"/>'
     '</geometry></collision></link><link name="bumper"><collision><geometry>'

@@ -63,17 +63,6 @@ def test_bitmasks(first, second, touch, solver):
 
 
 @both_solvers
-def test_cars_with_masks_of_their_own_stand_in_one_place(solver):
-    cars = [sdf_box(f"car{bit}", (0.4, 0.2, 0.2), surface=mask(hex(1 << bit))) for bit in range(4)]
-    world = world_of((ground(), None), *((car, Pose((0, 0, 0.1))) for car in cars), solver=solver)
-    world.step(1000)
-    places = [world.models[f"car{bit}"].pose.position for bit in range(4)]
-    world.close()
-    for place in places:
-        assert place == pytest.approx((0.0, 0.0, 0.1), abs=1e-3)
-
-
-@both_solvers
 def test_a_link_without_gravity_floats(solver):
     world = world_of(
         (sdf_box("balloon", (0.2, 0.2, 0.2), more="<gravity>false</gravity>"), Pose((0, 0, 5))),

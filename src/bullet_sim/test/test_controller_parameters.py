@@ -9,6 +9,7 @@ import yaml
 from bullet_sim.controllers.base import configure
 from bullet_sim.formats.urdf import parse_urdf
 from fake_joints import COVARIANCES
+from urdf_texts import joint, link
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -19,12 +20,8 @@ TABLE = yaml.safe_load(
 
 def part(name, x, y, axis="0 1 0"):
     """A wheel of 0.1 m, or what steers one, on a joint of its name."""
-    return (
-        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
-        '</inertial><collision><geometry><cylinder radius="0.1" length="0.05"/></geometry>'
-        f'</collision></link><joint name="{name}_joint" type="continuous"><parent link="base"/>'
-        f'<child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="{axis}"/></joint>'
-    )
+    turning = joint(f"{name}_joint", "continuous", "base", name, f"{x} {y} 0", axis)
+    return link(name, 1, 1, '<cylinder radius="0.1" length="0.05"/>') + turning
 
 
 ROBOT = parse_urdf(

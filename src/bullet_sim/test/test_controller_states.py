@@ -10,11 +10,9 @@ from bullet_sim.controllers.trajectory import TrajectoryControl
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_joints import COVARIANCES
+from urdf_texts import inertial
 
-INERTIAL = (
-    '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" iyz="0"/>'
-    "</inertial>"
-)
+INERTIAL = inertial("{0}", "{1}")
 JOINTS = {  # name -> type and limits
     "a": ("continuous", 'effort="5" velocity="30"'),
     "b": ("revolute", 'lower="-1" upper="1.5" effort="8" velocity="6"'),

@@ -8,13 +8,12 @@ import pytest
 from bullet_sim.controllers import configure
 from bullet_sim.controllers.drive import Odometry
 from bullet_sim.controllers.drive_settings import SpeedLimiter
-from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.model import Geometry
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import WheelDrive
 from bullet_sim.pose import Pose
-from fake_joints import COVARIANCES, FakeJoints
+from fake_joints import COVARIANCES, Base, FakeJoints
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -64,35 +63,19 @@ class Wheels(FakeJoints):
     limits = DESCRIPTION.joints
 
 
-class Base:
-    """A manager with one running drive controller on Wheels."""
-
-    def __init__(self, **config):
-        self.wheels = Wheels()
-        self.manager = Manager(self.wheels, DESCRIPTION)
-        self.manager.load("base", {**COVARIANCES, **config})
-        self.manager.switch(["base"], [])
-        self.controller = self.manager.get("base")
-
-    def run(self, seconds, command=None):
-        """Simulate; a command is repeated every 0.1 s."""
-        for step in range(round(seconds / STEP)):
-            if command is not None and step % 100 == 0:
-                self.manager.command("base", command)
-            self.manager.update(STEP)
-            self.wheels.move(STEP)
-        self.manager.observe()
-        return self.controller.odometry
+def make(**config):
+    """A base with a controller."""
+    return Base(Wheels(), DESCRIPTION, config)
 
 
 def diff(**config):
     """A diff drive base, its sizes from the description."""
-    return Base(type=DIFF, left_wheel="left", right_wheel=["right"], **config)
+    return make(type=DIFF, left_wheel="left", right_wheel=["right"], **config)
 
 
 def ackermann(**config):
     """An Ackermann base."""
-    return Base(type=ACKERMANN, rear_wheel="left", front_steer="steer", **config)
+    return make(type=ACKERMANN, rear_wheel="left", front_steer="steer", **config)
 
 
 # arcs ---------------------------------------------------------------------------------------------
@@ -109,8 +92,8 @@ def test_diff_drive_odometry_of_arcs(speed, rate):
 def test_diff_drive_wheel_speeds():
     base = diff()
     base.run(0.01, (0.6, 0.5))
-    assert base.wheels.speeds["left"] == pytest.approx((0.6 - 0.5 * SEPARATION / 2) / RADIUS)
-    assert base.wheels.speeds["right"] == pytest.approx((0.6 + 0.5 * SEPARATION / 2) / RADIUS)
+    assert base.joints.speeds["left"] == pytest.approx((0.6 - 0.5 * SEPARATION / 2) / RADIUS)
+    assert base.joints.speeds["right"] == pytest.approx((0.6 + 0.5 * SEPARATION / 2) / RADIUS)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, -0.6])
@@ -118,8 +101,8 @@ def test_ackermann_odometry_of_arcs(angle):
     base = ackermann()
     odometry = base.run(2.0, (0.4, angle))
     rate = 0.4 * math.tan(angle) / WHEELBASE
-    assert base.wheels.speeds["left"] == pytest.approx(0.4 / RADIUS)
-    assert base.wheels.positions["steer"] == pytest.approx(angle)
+    assert base.joints.speeds["left"] == pytest.approx(0.4 / RADIUS)
+    assert base.joints.positions["steer"] == pytest.approx(angle)
     assert odometry.heading == pytest.approx(2.0 * rate, abs=1e-3)
     if angle:
         radius = WHEELBASE / math.tan(angle)
@@ -131,7 +114,7 @@ def test_open_loop_trusts_the_command(make):
     """Its second number is the yaw rate in ackermann_steering_controller, too, where it steers by
     it as an angle: Odometry::updateOpenLoop. The velocity is the command's, without a window."""
     base = make(open_loop=True)
-    base.wheels.drive_velocities = lambda names, values: None  # the wheels are stuck
+    base.joints.drive_velocities = lambda names, values: None  # the wheels are stuck
     assert base.run(1.0, (0.5, 0.7)).heading == pytest.approx(0.7, rel=0.01)
     odometry = base.run(0.02, (0.25, 0.1))
     assert (odometry.linear, odometry.angular) == pytest.approx((0.25, 0.1))
@@ -155,7 +138,7 @@ def test_observing_twice_at_one_time_changes_nothing():
 def test_starting_where_the_wheels_stand_is_no_jump():
     base = diff()
     base.manager.switch([], ["base"])
-    base.wheels.positions.update(left=50.0, right=70.0)
+    base.joints.positions.update(left=50.0, right=70.0)
     base.manager.switch(["base"], [])
     odometry = base.run(0.1)
     assert (odometry.x, odometry.y, odometry.heading) == (0.0, 0.0, 0.0)
@@ -166,7 +149,7 @@ def test_restart_is_at_the_origin():
     base.run(1.0, (0.5, 0.5))
     base.manager.restart()
     odometry = base.run(0.05)
-    assert (odometry.x, odometry.heading, base.wheels.speeds["left"]) == (0.0, 0.0, 0.0)
+    assert (odometry.x, odometry.heading, base.joints.speeds["left"]) == (0.0, 0.0, 0.0)
 
 
 # commands -----------------------------------------------------------------------------------------
@@ -175,16 +158,16 @@ def test_a_command_counts_until_the_time_out(timeout):
     base = diff(cmd_vel_timeout=timeout)
     base.manager.command("base", (0.5, 0.0))
     base.run(timeout - 0.01)
-    assert base.wheels.speeds["left"] == pytest.approx(5.0)
+    assert base.joints.speeds["left"] == pytest.approx(5.0)
     base.run(0.02)
-    assert base.wheels.speeds["left"] == 0.0
+    assert base.joints.speeds["left"] == 0.0
 
 
 def test_stopping_releases_the_wheels():
     base = diff()
     base.run(0.1, (0.5, 0.0))
     base.manager.switch([], ["base"])
-    assert base.wheels.speeds["left"] == 0.0 and not base.manager.periodic
+    assert base.joints.speeds["left"] == 0.0 and not base.manager.periodic
 
 
 LIMITS = {
@@ -203,7 +186,7 @@ LIMITS = {
 def test_velocity_and_acceleration_limits(wanted, seconds, speed):
     base = diff(linear={"x": LIMITS})
     base.run(seconds, (wanted, 0.0))
-    assert base.wheels.speeds["left"] * RADIUS == pytest.approx(speed, abs=2e-3)
+    assert base.joints.speeds["left"] * RADIUS == pytest.approx(speed, abs=2e-3)
 
 
 def test_jerk_limit_makes_a_parabola():
@@ -218,23 +201,6 @@ def test_jerk_limit_makes_a_parabola():
 def parse(**config):
     """Checked configuration with the description's sizes."""
     return configure("base", {**COVARIANCES, **config}, NAMES, DESCRIPTION)[1]
-
-
-def test_sizes_come_from_the_description_and_multipliers_apply():
-    drive = parse(
-        type=DIFF,
-        left_wheel="left",
-        right_wheel="right",
-        wheel_separation_multiplier=2,
-        left_wheel_radius_multiplier=0.5,
-    )
-    assert drive.separation == pytest.approx(2 * SEPARATION)
-    assert drive.radii == pytest.approx((RADIUS / 2, RADIUS))
-    drive = parse(
-        type=ACKERMANN, rear_wheel="left", front_steer="steer", wheel_radius_multiplier=1.1
-    )
-    assert drive.separation == pytest.approx(WHEELBASE)
-    assert drive.radii == pytest.approx((1.1 * RADIUS, RADIUS))
 
 
 def test_sizes_are_between_the_joints_own_origins():

@@ -9,24 +9,17 @@ from bullet_sim.errors import CommandError, ModelError
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot
 
 MASS, MOMENTS = 2.0, (0.02, 0.03, 0.04)
 TURNED = Pose.from_xyz_rpy((1, 2, 3), (0.3, -0.4, 1.1))
-ARM = (
-    '<robot name="arm"><link name="world_part"><inertial><mass value="1000"/><inertia '
-    'ixx="1000" iyy="1000" izz="1000"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="arm"><inertial><mass '
-    'value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    '<joint name="axle" type="{kind}"><parent link="world_part"/><child link="arm"/><axis '
-    'xyz="0 0 1"/><limit lower="-9" upper="9" effort="{effort}" velocity="1000"/></joint></robot>'
-)
-
-
-@pytest.fixture(name="world", params=["ode", "bullet"])
-def _world(request):
-    world = World(gravity=(0.0, 0.0, 0.0), solver=request.param)
-    yield world
-    world.close()
+ARM = robot(
+    link("world_part", 1000, 1000), link("arm"),
+    joint("axle", "{kind}", "world_part", "arm", axis="0 0 1",
+          more='<limit lower="-9" upper="9" effort="{effort}" velocity="1000"/>'),
+)  # fmt: skip
+WORLD = {"gravity": (0.0, 0.0, 0.0)}
+SOLVERS = ("ode", "bullet")
 
 
 def body(world, pose=TURNED, center=(0.0, 0.0, 0.0)):
@@ -147,26 +140,18 @@ def test_effort_on_a_joint_within_its_limit(world, kind, effort, limit, acting):
     assert world.forces.clear_joint("axle") == 0
 
 
-def test_bad_wrenches_are_named(world):
-    model = body(world)
-    steps = (0, math.inf)
-    for call, reason in (
-        (
-            lambda: world.forces.apply_wrench(model, "nose", (1, 0, 0), (0, 0, 0), steps),
-            "no link 'nose'",
-        ),
-        (
-            lambda: world.forces.apply_wrench(model, "link", (math.nan, 0, 0), (0, 0, 0), steps),
-            "'link' of 'body' has nan",
-        ),
-        (
-            lambda: world.forces.apply_effort(model, "nose", 1.0, steps),
-            "joint 'nose' does not exist",
-        ),
-        (lambda: world.forces.apply_effort(model, "nose", math.inf, steps), "has inf"),
-    ):
-        with pytest.raises((CommandError, ModelError), match=reason):
-            call()
+@pytest.mark.parametrize(
+    "call, arguments, reason",
+    [
+        ("apply_wrench", ("nose", (1, 0, 0), (0, 0, 0)), "no link 'nose'"),
+        ("apply_wrench", ("link", (math.nan, 0, 0), (0, 0, 0)), "'link' of 'body' has nan"),
+        ("apply_effort", ("nose", 1.0), "joint 'nose' does not exist"),
+        ("apply_effort", ("nose", math.inf), "has inf"),
+    ],
+)
+def test_bad_wrenches_are_named(world, call, arguments, reason):
+    with pytest.raises((CommandError, ModelError), match=reason):
+        getattr(world.forces, call)(body(world), *arguments, (0, math.inf))
     assert not world.forces.active
 
 

@@ -4,10 +4,9 @@ import math
 
 import pytest
 from bullet_sim.controllers.four_wheel import FourWheelOdometry
-from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.formats.urdf import parse_urdf
-from fake_joints import COVARIANCES, FakeJoints
+from fake_joints import Base, FakeJoints
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -41,7 +40,6 @@ DESCRIPTION = parse_urdf(
 )
 CONFIG = {
     "type": TYPE,
-    **COVARIANCES,
     "front_wheel": list(WHEELS[:2]),
     "rear_wheel": list(WHEELS[2:]),
     "front_steering": list(STEERS[:2]),
@@ -56,29 +54,15 @@ class Joints(FakeJoints):
     limits = DESCRIPTION.joints
 
 
-class Base:
-    """A manager with the running controller."""
+def base_of(**changes):
+    """A base with the running controller."""
+    return Base(Joints(), DESCRIPTION, {**CONFIG, **changes})
 
-    def __init__(self, **config):
-        self.joints = Joints()
-        self.manager = Manager(self.joints, DESCRIPTION)
-        self.config = self.manager.load("base", {**CONFIG, **config})
-        self.manager.switch(["base"], [])
 
-    def run(self, seconds, command=None):
-        """Simulate; a command is repeated every 0.1 s. Returns the odometry."""
-        for step in range(round(seconds / STEP)):
-            if command is not None and step % 100 == 0:
-                self.manager.command("base", command)
-            self.manager.update(STEP)
-            self.joints.move(STEP)
-        self.manager.observe()
-        return self.manager.get("base").odometry
-
-    def wheel_motion(self, corner):
-        """Velocity (x, y) [m/s] of a wheel's contact along the ground, by its rim."""
-        angle, rim = self.joints.positions[f"{corner}_steer"], self.joints.speeds[f"{corner}_wheel"]
-        return RADIUS * rim * math.cos(angle), RADIUS * rim * math.sin(angle)
+def wheel_motion(joints, corner):
+    """Velocity (x, y) [m/s] of a wheel's contact along the ground, by its rim."""
+    angle, rim = joints.positions[f"{corner}_steer"], joints.speeds[f"{corner}_wheel"]
+    return RADIUS * rim * math.cos(angle), RADIUS * rim * math.sin(angle)
 
 
 def contact(corner, angle):
@@ -91,10 +75,10 @@ def contact(corner, angle):
 
 
 def test_sizes_come_from_the_description_seen_from_above():
-    drive = Base().config
+    drive = base_of().config
     sizes = (drive.track, drive.offset, drive.radius, drive.wheel_base)
     assert sizes == pytest.approx((WIDTH - 2 * OFFSET, OFFSET, RADIUS, LENGTH))
-    assert Base(track=1.0, wheel_base=2.0, wheel_radius=0.5).config.track == 1.0 - 2 * OFFSET
+    assert base_of(track=1.0, wheel_base=2.0, wheel_radius=0.5).config.track == 1.0 - 2 * OFFSET
 
 
 # Every wheel rolls as the rigid body moves where it touches: v + w x r.
@@ -110,7 +94,7 @@ def test_sizes_come_from_the_description_seen_from_above():
     ],
 )
 def test_wheels_roll_as_the_body_moves_and_the_odometry_knows_it(command, motion):
-    base = Base()
+    base = base_of()
     odometry = base.run(0.5, command)
     forward, lateral, turn = motion
     if len(command) == 3:
@@ -118,20 +102,20 @@ def test_wheels_roll_as_the_body_moves_and_the_odometry_knows_it(command, motion
     for corner in CORNERS:
         x, y = contact(corner, base.joints.positions[f"{corner}_steer"])
         wanted = forward - turn * y, lateral + turn * x
-        assert base.wheel_motion(corner) == pytest.approx(wanted, abs=1e-9), corner
+        assert wheel_motion(base.joints, corner) == pytest.approx(wanted, abs=1e-9), corner
     found = odometry.linear, odometry.lateral, odometry.angular
     assert found == pytest.approx((forward, lateral, turn), abs=1e-9)
     assert odometry.heading == pytest.approx(0.5 * turn, abs=1e-9)
 
 
 def test_odometry_of_a_circle_returns():
-    odometry = Base().run(2.0 * math.pi / 0.8, (1.0, 0.8))
+    odometry = base_of().run(2.0 * math.pi / 0.8, (1.0, 0.8))
     assert (odometry.x, odometry.y) == pytest.approx((0.0, 0.0), abs=2e-3)
 
 
 def test_equal_angles_move_it_sideways_at_the_rims_speed():
     """Parallel wheels: the speed is along them, as upstream has it."""
-    odometry = Base().run(1.0, (0.5, 0.6, 0.6))
+    odometry = base_of().run(1.0, (0.5, 0.6, 0.6))
     assert odometry.heading == 0.0
     assert (odometry.x, odometry.y) == pytest.approx(
         (0.5 * math.cos(0.6), 0.5 * math.sin(0.6)), abs=1e-9
@@ -139,7 +123,7 @@ def test_equal_angles_move_it_sideways_at_the_rims_speed():
 
 
 def test_a_twist_that_turns_more_than_it_moves_sets_the_wheels_across():
-    base = Base()
+    base = base_of()
     base.run(0.01, (0.01, 2.0))
     assert base.joints.positions["fl_steer"] == math.pi / 2 == -base.joints.positions["rl_steer"]
     base.run(0.01, (0.0, 2.0))
@@ -148,7 +132,7 @@ def test_a_twist_that_turns_more_than_it_moves_sets_the_wheels_across():
 
 def test_limits_and_timeout():
     config = {"linear": {"x": {"has_acceleration_limits": True, "max_acceleration": 2.0}}}
-    base = Base(**config)
+    base = base_of(**config)
     assert base.run(0.2, (1.0, 0.0, 0.0)).speed == pytest.approx(0.4, rel=0.01)
     assert base.run(0.2, (1.0, 0.0, 0.0)).acceleration == pytest.approx(2.0, rel=0.01)
     base.run(0.5)
@@ -166,11 +150,11 @@ def test_limits_and_timeout():
 )
 def test_configuration_errors_name_the_key(change, words):
     with pytest.raises(ControllerError, match=words):
-        Base(**change)
+        base_of(**change)
 
 
 def test_commands_have_two_or_three_numbers():
-    base = Base()
+    base = base_of()
     with pytest.raises(CommandError, match="1 values, must have 2 or 3"):
         base.manager.command("base", (1.0,))
 

@@ -4,8 +4,7 @@ import math
 
 import pytest
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
-from contact_scenes import expected_slide, friction, ground, sdf_box, slid, world_of
+from contact_scenes import expected_slide, friction, sdf_box, slid, world_of
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
@@ -70,47 +69,3 @@ def test_what_stands_on_two_grounds_in_turn_has_the_friction_of_each():
     # 1.5 m at 0.1 g, then v^2 / (2 0.6 g); the box is between both for its own length
     rest = (9.0 - 2 * 0.1 * 9.81 * 1.5) / (2 * 0.6 * 9.81)
     assert x == pytest.approx(1.0 + rest, abs=0.08)
-
-
-def test_boxes_on_each_other_have_the_smaller_coefficient_too():
-    """The upper of two slides off beyond its 0.5 only."""
-    found = []
-    for slope in (0.47, 0.6):
-        angle = math.atan(slope)
-        gravity = (9.81 * math.sin(angle), 0.0, -9.81 * math.cos(angle))
-        lower = sdf_box("lower", (0.6, 0.6, 0.1), mass=5.0, surface=friction(0.7))
-        upper = sdf_box("upper", (0.1, 0.1, 0.02), surface=friction(0.5))
-        world = world_of(
-            (ground(100.0), None),
-            (lower, Pose((0, 0, 0.05))),
-            (upper, Pose((0, 0, 0.11))),
-            gravity=gravity,
-        )
-        world.step(500)
-        x = [world.models[name].pose.position[0] for name in ("lower", "upper")]
-        world.close()
-        found.append(x)
-    assert abs(found[0][0]) < 0.003 and abs(found[0][1]) < 0.003
-    assert abs(found[1][0]) < 0.003 and found[1][1] > 0.05
-
-
-def test_slip_counts_for_each_contact_of_a_pair():
-    """Of a box on four contacts it counts four times, so that it slips as on one; where Gazebo 11.1
-    had it after 0.5 s of a pull of 1 m/s^2."""
-    slip = (
-        "<surface><friction><ode><mu>0.3</mu><mu2>0.3</mu2><slip1>0.1</slip1><slip2>0.1</slip2>"
-        "</ode></friction></surface>"
-    )
-    shape = "<box><size>1 1 0.4</size></box>"
-    inertia = "<inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.15</izz></inertia>"
-    text = (
-        '<sdf version="1.6"><model name="m"><pose>0 0 0.2 0 0 0</pose><link name="l"><inertial>'
-        f'<mass>5</mass>{inertia}</inertial><collision name="c"><geometry>{shape}</geometry>{slip}'
-        "</collision></link></model></sdf>"
-    )
-    world = World(gravity=(0.0, 1.0, -9.8))
-    world.spawn(ground(100.0), Pose())
-    slipping = world.spawn_sdf("m", text, Pose(), str)
-    world.step(500)
-    assert slipping.pose.position[1] == pytest.approx(0.0918, abs=1e-4)
-    world.close()

@@ -5,11 +5,9 @@ from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import inertial
 
-MASS = (
-    '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-    "</inertial>"
-)
+MASS = inertial(1, 1)
 BOX = '<geometry><box size="1 1 1"/></geometry>'
 BODY = f"{MASS}<visual>{BOX}</visual><collision>{BOX}</collision>"
 LINKS = (

@@ -10,7 +10,7 @@ from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.plugins.depth_cameras import DepthCameraSpec
 from bullet_sim.plugins.grasping import GripperSpec
-from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
+from bullet_sim.plugins.inertial import ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 
@@ -312,17 +312,6 @@ def test_bumper():
     assert spec == ContactSpec("eye", "base", ("base_collision",), 10.0, "/hit", "base")
     plain = one(sensor("contact", "libgazebo_ros_bumper.so"))
     assert (plain.topic, plain.frame_id, plain.rate) == ("/bumper_states", "world", 0.0)
-
-
-def test_ground_truth():
-    spec = one(
-        '<gazebo><plugin name="g" filename="libgazebo_ros_p3d.so"><bodyName>base</bodyName>'
-        "<topicName>odom</topicName><frameName>map</frameName><xyzOffset>1 2 3</xyzOffset>"
-        "<robotNamespace>n</robotNamespace></plugin></gazebo>"
-    )
-    assert type(spec) is GroundTruthSpec
-    assert (spec.topic, spec.frame_id, spec.rate) == ("/n/odom", "map", 0.0)
-    assert spec.offset[0] == (1, 2, 3) and not spec.twist_in_child
 
 
 P3D = (

@@ -7,15 +7,7 @@ import sys
 import pytest
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.formats.urdf import parse_urdf
-
-
-def link(name, mass, inertia, center="0 0 0"):
-    """A <link> with the same inertia about all axes."""
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{center}"/><mass value="{mass}"/><inertia '
-        f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        "</link>"
-    )
+from urdf_texts import link
 
 
 def joint(name, parent, kind, xyz="0 0 0", rpy="0 0 0", axis="0 0 1"):
@@ -31,7 +23,7 @@ def joint(name, parent, kind, xyz="0 0 0", rpy="0 0 0", axis="0 0 1"):
 URDF = (
     '<robot name="bot">'
     + link("body", 8, 0.6)
-    + link("fork_link", 1, 0.02, "0.2 0 0")
+    + link("fork_link", 1, 0.02, center="0.2 0 0")
     + joint("fork", "body", "revolute", "1 0 0")
     + link("wheel_link", 2, 0.004)
     + joint("wheel", "fork_link", "continuous", "0.5 0 0", "1.5707963 0 0")

@@ -83,49 +83,6 @@ def test_a_screw_moves_along_its_axis_as_it_turns(pitch):
     world.close()
 
 
-@pytest.mark.parametrize("ratio", [2.0, -0.5])
-def test_gears_turn_each_other(ratio):
-    links = LINK.format("base", "0 0 2 0 0 0") + LINK.format("one", "0 1 2 0 0 0")
-    links += LINK.format("two", "0 -1 2 0 0 0")
-    held = '<joint name="held" type="fixed"><parent>world</parent><child>base</child></joint>'
-    for name in ("one", "two"):
-        held += (
-            f'<joint name="{name}_joint" type="revolute"><parent>base</parent><child>{name}</child>'
-            "<axis><xyz>0 1 0</xyz></axis></joint>"
-        )
-    gears = (
-        '<joint name="gears" type="gearbox"><parent>two</parent><child>one</child><axis><xyz>0 1 0'
-        "</xyz></axis><axis2><xyz>0 1 0</xyz></axis2><gearbox_reference_body>base"
-        f"</gearbox_reference_body><gearbox_ratio>{ratio}</gearbox_ratio></joint>"
-    )
-    world = World()
-    text = f'<sdf version="1.6"><model name="m">{links}{held}{gears}</model></sdf>'
-    model = world.spawn_sdf("m", text, Pose(), str)
-    assert model.joints.names == ("one_joint", "two_joint") and not model.description.warnings
-    for _ in range(400):
-        model.joints.add_effort("one_joint", 0.5)
-        world.step()
-    one, two = model.joints.arrays()[0]
-    assert one > 0.2 and one == pytest.approx(-ratio * two, rel=1e-3)
-    world.close()
-
-
-@pytest.mark.parametrize("axis, bounced", [("0 0 -1", 0.5), ("0 0 1", 0.0)])
-def test_a_slider_bounces_at_its_upper_limit_alone(axis, bounced):
-    """As ODE, which asks for the motor's velocity at the lower one."""
-    ode = f"<axis><xyz>{axis}</xyz>{STOPS}</axis><physics><ode><bounce>0.5</bounce></ode></physics>"
-    world, model = _model("prismatic", ode)
-    speeds = []
-    for _ in range(260):
-        world.step()
-        speeds.append(model.link_state("arm")[1][2])
-    if bounced:
-        assert max(speeds) == pytest.approx(-bounced * min(speeds), rel=1e-6)
-    else:  # by the limit's ERP
-        assert 0.0 < max(speeds) < -0.2 * min(speeds)
-    world.close()
-
-
 @pytest.mark.parametrize("kind", ["screw", "gearbox"])
 def test_with_bullet_others_are_held_or_left_out_with_a_warning(kind):
     axes = AXES.format("") + "<gearbox_reference_body>base</gearbox_reference_body>"

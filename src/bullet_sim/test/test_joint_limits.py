@@ -19,18 +19,18 @@ from bullet_sim.engine.quickstep import law
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_joints import limited_effort
+from urdf_texts import CONTROL, link, robot
+from urdf_texts import joint as hinge
 
 STEP, INERTIA = 0.001, 0.02  # [s], [kg m^2]
 BOUNDED = dict(lower=-1.0, upper=2.0, effort=5.0, velocity=3.0)
-URDF = (
-    '<robot name="bot"><link name="world"/><link name="base"><inertial><mass value="1"/><inertia '
-    'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="held" '
-    'type="fixed"><parent link="world"/><child link="base"/></joint><link name="disc"><inertial>'
-    f'<mass value="1"/><inertia ixx="{INERTIA}" iyy="{INERTIA}" izz="{INERTIA}" ixy="0" ixz="0" '
-    'iyz="0"/></inertial></link><joint name="axle" type="revolute"><parent link="base"/><child '
-    'link="disc"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="5" velocity="3"/></joint>'
-    '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-)
+URDF = robot(
+    '<link name="world"/>', link("base", 1, 1), hinge("held", "fixed", "world", "base"),
+    link("disc", 1, INERTIA),
+    hinge("axle", "revolute", "base", "disc", axis="0 0 1",
+          more='<limit lower="-9" upper="9" effort="5" velocity="3"/>'),
+    CONTROL,
+)  # fmt: skip
 
 
 def joint(kind="revolute", **limits):

@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
+from urdf_texts import inertial
 
-MASS = (
-    '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial>'
-)
+MASS = inertial()
 SENSOR = (
     '<gazebo><plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>b</bodyName>'
     "<topicName>t</topicName></plugin></gazebo>"
@@ -29,11 +26,8 @@ def robot(tags, inertial=MASS):
     )
 
 
-@pytest.fixture(name="world", params=["ode", "bullet"])
-def _world(request):
-    made = World(gravity=(0.0, 0.0, -9.8), solver=request.param)
-    yield made
-    made.close()
+WORLD = {"gravity": (0.0, 0.0, -9.8)}
+SOLVERS = ("ode", "bullet")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.lidars import LayeredRays, RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
-from bullet_sim.world import World
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -30,11 +29,7 @@ def spawn(world, name, geometry, place, retro="", static=True):
     return world.spawn_sdf(name, text, Pose(place), str)
 
 
-@pytest.fixture(name="world")
-def _world():
-    made = World(gravity=(0.0, 0.0, 0.0))
-    yield made
-    made.close()
+WORLD = {"gravity": (0.0, 0.0, 0.0)}
 
 
 def measured(world, lidar, noise=None):

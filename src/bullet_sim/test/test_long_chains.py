@@ -7,12 +7,10 @@ from bullet_sim.description.warnings import LONGEST
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import inertial
 
 LIMIT = 20.0  # [s] of a loaded machine; 3,000 fixed links took 80, 400 hinges 50
-INERTIAL = (
-    '<inertial><mass value="0.01"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" '
-    'iyz="0"/></inertial>'
-)
+INERTIAL = inertial(0.01, 1e-5)
 
 
 def chain(count: int, kind: str, last: str = "") -> str:

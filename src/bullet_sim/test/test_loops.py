@@ -5,15 +5,13 @@ import numpy as np
 import pytest
 from bullet_sim.sensors.inertial import joint_wrench
 from bullet_sim.sensors.scenes import body_fields
+from urdf_texts import link
 
 from bullet_sim import Pose, World
 
 RING = f'<sdf version="1.6"><model name="m">{gazebo_states.MODELS["four bars"][0]}</model></sdf>'
 JOINTS = ("low", "high", "other", "ring")
-LINK = (
-    '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" '
-    'ixz="0" iyz="0"/></inertial></link>'
-)
+LINK = link("{}", inertia=0.01)
 HINGE = (
     '<joint name="{0}_joint" type="continuous"><parent link="a"/><child link="{0}"/>'
     '<axis xyz="0 1 0"/></joint>'
@@ -86,8 +84,8 @@ def test_what_is_in_a_loop_is_not_put_to_a_position():
     number = model.joints.names.index("low")
     model.body.motor(model.body.joints[number]).impose_position(0.5, 1e9, 1e9)
     world.step()
-    for link, place in zip(("crank", "coupler", "rocker"), places):
-        now = model.link_state(link)[0]
+    for name, place in zip(("crank", "coupler", "rocker"), places):
+        now = model.link_state(name)[0]
         assert now.position == pytest.approx(place.position, abs=1e-3)
     world.close()
 
@@ -121,9 +119,9 @@ def test_pages_and_recorders_have_its_links(name):
     fields = body_fields(model)
     moving = [link for link in fields["links"] if link["kind"] != "fixed"]
     assert len(fields["state"]) == 8 + len(moving)
-    assert [link["joint"] for link in moving if link["joint"]] == list(model.joints.names)
-    for link, (row, *_) in fields["frames"].items():
-        assert fields["links"][row]["name"] == link
+    assert [part["joint"] for part in moving if part["joint"]] == list(model.joints.names)
+    for frame, (row, *_) in fields["frames"].items():
+        assert fields["links"][row]["name"] == frame
     world.close()
 
 

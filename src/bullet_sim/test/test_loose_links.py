@@ -25,13 +25,6 @@ SDF = (
 FALL = 0.5 * 9.81 * 0.1**2  # [m] in 0.1 s
 
 
-@pytest.fixture
-def world():
-    world = World()
-    yield world
-    world.close()
-
-
 def spawned(world, text=SDF):
     return world.spawn_sdf("m", text, Pose(), str)
 
@@ -39,16 +32,6 @@ def spawned(world, text=SDF):
 def places(model):
     """Positions of all links (n, 3) [m]."""
     return np.array([model.link_state(name)[0].position for name in model.link_names])
-
-
-def test_each_falls(world):
-    model = spawned(world)
-    before = places(model)
-    world.step(100)
-    fallen = before - places(model)
-    assert fallen[:, 2] == pytest.approx([FALL] * 4, abs=1e-3)
-    assert np.abs(fallen[:, :2]).max() < 1e-6
-    assert not model.description.warnings
 
 
 def test_a_push_moves_one_alone_with_what_hangs_on_it(world):

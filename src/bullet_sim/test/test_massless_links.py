@@ -6,16 +6,13 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import inertial, robot
 
 BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
 
 
 def link(name, mass=None, more=BOX):
-    inertial = (
-        f'<inertial><mass value="{mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" '
-        'izz="1"/></inertial>'
-    )
-    return f'<link name="{name}">{"" if mass is None else inertial}{more}</link>'
+    return f'<link name="{name}">{"" if mass is None else inertial(mass, 1)}{more}</link>'
 
 
 def joint(parent, child, kind="continuous"):
@@ -23,10 +20,6 @@ def joint(parent, child, kind="continuous"):
         f'<joint name="{child}_j" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
         "</joint>"
     )
-
-
-def robot(*parts):
-    return f'<robot name="r">{"".join(parts)}</robot>'
 
 
 CART = robot(

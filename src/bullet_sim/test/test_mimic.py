@@ -5,11 +5,9 @@ import math
 import pytest
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import link
 
-LINK = (
-    '<link name="{0}"><inertial><origin xyz="0.2 0 0"/><mass value="1"/><inertia ixx="0.01" '
-    'iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
+LINK = link("{0}", inertia=0.01, center="0.2 0 0")
 JOINT = (
     '<joint name="{0}" type="{2}"><origin xyz="0 {1} 0"/><parent link="world"/><child '
     'link="{0}_link"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="30" velocity="20"/>'

@@ -2,7 +2,6 @@
 
 import pytest
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 
 INERTIAL = (
     "<inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia>"
@@ -20,13 +19,7 @@ GATE = (
     "<xyz>1 0 0</xyz><limit><lower>-1</lower><upper>1</upper></limit>"
     "<dynamics><damping>5</damping></dynamics></axis></joint></model>"
 )
-
-
-@pytest.fixture
-def world():
-    world = World(gravity=(0.0, 0.0, -9.8))
-    yield world
-    world.close()
+WORLD = {"gravity": (0.0, 0.0, -9.8)}
 
 
 def spawned(world, text):

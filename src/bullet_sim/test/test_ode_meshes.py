@@ -15,13 +15,7 @@ SHAPES = {
     "box": '<box size="0.1 0.1 0.1"/>',
     "mesh": '<mesh filename="file://{folder}/small.stl"/>',
 }
-
-
-@pytest.fixture(name="world")
-def _world():
-    made = World(solver="ode", gravity=gazebo_states.GRAVITY)
-    yield made
-    made.close()
+WORLD = {"gravity": gazebo_states.GRAVITY}
 
 
 def bot(shape, mass=1.0):

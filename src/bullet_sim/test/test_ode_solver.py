@@ -5,7 +5,6 @@ sent the same commands to both (docs/gazebo-comparison.md).
 """
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, robot
 
 SOURCES = Path(__file__).resolve().parents[2]
 CAR = SOURCES / "track_model" / "urdf" / "racecar.urdf.xacro"
@@ -27,23 +27,11 @@ LINK = (
     '<link name="{0}"><inertial><origin xyz="{2}"/><mass value="{1}"/><inertia ixx="{3}" '
     'iyy="{3}" izz="{3}" ixy="0" ixz="0" iyz="0"/></inertial>{4}</link>'
 )
-JOINT = (
-    '<joint name="{0}" type="{1}"><origin xyz="{4}"/><parent link="{2}"/><child link="{3}"/>'
-    '<axis xyz="{5}"/>{6}</joint>'
-)
 
 
 def link(name, mass=1.0, center="0 0 0", inertia=0.01, shape=""):
     geometry = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
     return LINK.format(name, mass, center, inertia, geometry)
-
-
-def joint(name, kind, parent, child, at="0 0 0", axis="0 1 0", more=""):
-    return JOINT.format(name, kind, parent, child, at, axis, more)
-
-
-def robot(*parts):
-    return f'<robot name="bot">{"".join(parts)}</robot>'
 
 
 def static(geometry):
@@ -58,13 +46,6 @@ def mesh_model(path, mesh):
     """SDF of a static model of a mesh, which is written to a file."""
     mesh.export(path)
     return static(f"<mesh><uri>file://{path}</uri></mesh>")
-
-
-@pytest.fixture(name="world")
-def _world():
-    made = World(solver="ode")
-    yield made
-    made.close()
 
 
 def spawn(world, text, pose=Pose(), ground=False):
@@ -195,36 +176,6 @@ def test_our_truck_drives_as_in_gazebo_and_as_it_steers(world, trailer):
         assert truck.pose.position[2] == pytest.approx(0.0, abs=1e-3)
 
 
-# closed forms -------------------------------------------------------------------------------------
-def test_a_body_falls_and_spins(world):
-    bot = spawn(world, robot(link("base")), Pose((0.0, 0.0, 10.0)))
-    bot.set_velocity((1.0, 0.0, 0.0), (0.0, 0.0, 0.5))
-    world.step(1000)
-    step, count = world.time_step, 1000
-    fallen = G * step**2 * count * (count + 1) / 2  # semi-implicit Euler
-    assert bot.pose.position == pytest.approx((1.0, 0.0, 10.0 - fallen), abs=1e-9)
-    turned = 2 * count * math.atan(step * 0.5 / 2)  # ODE adds the rotation's derivative to the pose
-    assert yaw(bot) == pytest.approx(turned, abs=1e-12)
-
-
-def test_a_pendulum_swings_with_its_period(world):
-    """Small angles: 2 pi sqrt((I + m l^2) / (m g l))."""
-    text = robot(
-        '<link name="world"/>',
-        joint("held", "fixed", "world", "base"),
-        link("base"),
-        link("bob", 2.0, "0 0 -0.5"),
-        joint("pivot", "continuous", "base", "bob"),
-    )
-    bot = spawn(world, text)
-    bot.joints.set_positions({"pivot": 0.05})
-    period = 2 * math.pi * math.sqrt((0.01 + 2.0 * 0.25) / (2.0 * G * 0.5))
-    world.step(round(period / world.time_step))
-    assert bot.joints.positions_of(("pivot",))[0] == pytest.approx(0.05, rel=0.01)
-    world.step(round(period / 2 / world.time_step))
-    assert bot.joints.positions_of(("pivot",))[0] == pytest.approx(-0.05, rel=0.01)
-
-
 def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
     """Until something pushes it: nothing turns it by a rounding, which grows tenfold in 0.4 s."""
 
@@ -261,97 +212,6 @@ def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
     assert bot.pose.position[2] < 0.1
 
 
-def test_damping_limits_the_speed_that_an_effort_gives(world):
-    text = robot(
-        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"), link("arm"),
-        joint("hinge", "continuous", "base", "arm", axis="0 0 1",
-              more='<dynamics damping="0.5"/>'),
-    )  # fmt: skip
-    bot = spawn(world, text)
-    for _ in range(500):
-        bot.joints.add_effort("hinge", 2.0)
-        world.step()
-    assert bot.joints.arrays()[1][0] == pytest.approx(4.0, rel=0.01)  # effort / damping
-
-
-def test_a_slider_stops_at_its_limit_and_is_pushed_there(world):
-    text = robot(
-        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"),
-        link("car", 2.0),
-        joint("rail", "prismatic", "base", "car", axis="1 0 0",
-              more='<limit lower="-0.2" upper="0.3" effort="50" velocity="5"/>'),
-    )  # fmt: skip
-    bot = spawn(world, text)
-    bot.joints.drive_velocities(("rail",), (0.5,))
-    world.step(200)
-    assert bot.joints.arrays()[1][0] == pytest.approx(0.5, rel=1e-3)
-    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.095, abs=1e-3)  # 50 N, 2 kg
-    world.step(1000)
-    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.3, abs=2e-3)
-    bot.joints.drive_positions(("rail",), (-0.1,))
-    world.step(200)
-    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(-0.1, abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    "shape, height",
-    [
-        ('<sphere radius="0.2"/>', 0.2),
-        ('<box size="0.4 0.4 0.3"/>', 0.15),
-        ('<cylinder radius="0.2" length="0.5"/>', 0.25),
-    ],
-)
-def test_what_rests_has_its_weight_on_the_ground(world, shape, height):
-    bot = spawn(world, robot(link("base", 3.0, shape=shape)), Pose((0, 0, height)), ground=True)
-    world.step(700)  # it sleeps later on
-    assert bot.pose.position[2] == pytest.approx(height, abs=1e-3)
-    forces = []
-    for _ in range(200):
-        world.step()
-        contacts = bot.body.contacts(bot.root)
-        assert {contact.body for contact in contacts} <= {world.model("ground_plane").body.number}
-        forces.append(sum(contact.force[2] for contact in contacts))
-    assert np.mean(forces) == pytest.approx(3.0 * G, rel=0.03)
-
-
-@pytest.mark.parametrize("heading, limit", [(0.0, 1.0), (math.pi / 4, math.sqrt(2.0))])
-def test_friction_is_bounded_along_two_directions_of_the_ground(world, heading, limit):
-    """Along the diagonal both hold: sqrt(2) mu m g."""
-    body = link("base", 1.0, shape='<box size="1 1 0.2"/>')
-    surface = '<gazebo reference="base"><mu1>0.5</mu1><mu2>0.5</mu2></gazebo>'
-    bot = spawn(world, robot(body, surface), Pose((0.0, 0.0, 0.1)), ground=True)
-    world.step(100)
-    direction = np.array((math.cos(heading), math.sin(heading), 0.0))
-    for factor, moves in ((0.8, False), (1.3, True)):
-        start = np.array(bot.pose.position)
-        force = factor * limit * 0.5 * 1.0 * G * direction
-        for _ in range(500):
-            bot.body.apply_force(bot.root, tuple(force), bot.pose.position)
-            world.step()
-        moved = float(np.linalg.norm(np.subtract(bot.pose.position, start)))
-        assert (moved > 0.1) == moves, moved
-
-
-def test_bodies_meet_what_is_no_plane(world):
-    """A box on a static box; another model on top of it."""
-    world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
-    text = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
-    boxes = [
-        world.spawn_urdf(name, text, Pose((0.0, 0.0, z)), str)
-        for name, z in (("low", 1.25), ("high", 1.8))
-    ]
-    world.step(600)
-    heights = [box.pose.position[2] for box in boxes]
-    assert heights == pytest.approx([1.2, 1.6], abs=5e-3)
-    total = 0.0
-    for _ in range(400):
-        world.step()
-        assert not boxes[0].body.is_resting()
-        for _, body, _, force in boxes[0].body.touching():
-            total += force / 400 if body == world.model("stand").body.number else 0.0
-    assert total == pytest.approx(2.0 * G, rel=0.05)
-
-
 def noted_searches(world, monkeypatch):
     """Times [s] at which PyBullet is asked for contacts from now on."""
     searches = []
@@ -382,27 +242,6 @@ def test_contacts_with_a_mesh_are_found_without_pybullet(world, monkeypatch, tmp
     world.step()
     touched = {body for _, body, _, _ in box.body.touching()}
     assert world.model("yard").body.number in touched and not searches
-
-
-@pytest.mark.parametrize("bits, stops", [(1, True), (2, False)])
-def test_a_wall_stops_only_what_shares_a_bit(world, monkeypatch, bits, stops):
-    """collide_bitmask of a wall is 1; PyBullet is not asked, either."""
-
-    def masked(text, bits):
-        mask = f"<contact><collide_bitmask>{bits}</collide_bitmask></contact>"
-        mask = f"<collision><surface>{mask}</surface></collision>"
-        return text.replace("</robot>", f'<gazebo reference="base">{mask}</gazebo></robot>')
-
-    wall = robot(link("base", 1.0, inertia=0.1, shape='<box size="0.1 2 1"/>'))
-    wall = wall.replace("</robot>", "<gazebo><static>true</static></gazebo></robot>")
-    world.spawn_urdf("wall", masked(wall, 1), Pose((1.0, 0.0, 0.5)), str)
-    world.spawn(sdf.ground_plane())
-    box = world.spawn_urdf("box", masked(BOX, bits), Pose((0.0, 0.0, 0.2)), str)
-    searches = noted_searches(world, monkeypatch)
-    box.body.set_velocity((4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    world.step(600)
-    assert (box.pose.position[0] < 0.8) == stops
-    assert not searches
 
 
 @pytest.mark.parametrize("kind", ["mesh", "box"])
@@ -475,42 +314,6 @@ def test_a_fixed_base_does_not_touch_its_own_arm(world, shape):
     assert not arm.body.touching()
 
 
-def fields(height, size=6.0, count=61):
-    """A mesh of `count` corners along each side, height(x, y) above the ground."""
-    along = np.linspace(-size, size, count)
-    x, y = np.meshgrid(along, along, indexing="ij")
-    corners = np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()])
-    a = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
-    faces = [(a, a + count, a + count + 1), (a, a + count + 1, a + 1)]
-    return trimesh.Trimesh(corners, np.vstack([np.column_stack(each) for each in faces]))
-
-
-def with_wide_hard_tyres(text):
-    """A car's URDF as it was on 2026-11-23, when Gazebo was recorded on a mesh."""
-    narrow, wide = (f'<cylinder length="{width}" radius="0.03"/>' for width in (0.004, 0.025))
-    assert text.count(narrow) == 4
-    for tag in ("fdir1", "kp", "kd"):
-        text = re.sub(f"<{tag}>[^<]*</{tag}>", "", text)
-    return text.replace(narrow, wide)
-
-
-def test_a_car_drives_on_a_mesh_as_in_gazebo(world, tmp_path):
-    """Where each triangle has a line of contact; on a plane it turns at another rate."""
-    ground = mesh_model(tmp_path / "ground.stl", fields(lambda x, y: 0.0 * x, 20.0, 2))
-    world.spawn_sdf("ground", ground, Pose(), lambda uri: uri[7:])
-    text = with_wide_hard_tyres(published(CAR))
-    car = world.spawn_urdf("car", text, Pose((0.0, 0.0, 0.05)), resolve)
-    for name in car.body.joints:
-        if "wheel" in name:
-            car.body.motor(name).track_velocity(20.0, 10.0)
-        else:
-            car.body.motor(name).impose_position(0.3, 10.0, 10.0)
-    world.step(1000)
-    way, turn = drive(world, car, 4.0)
-    assert way / 4.0 == pytest.approx(0.540, rel=0.02)
-    assert math.radians(turn) / 4.0 == pytest.approx(0.809, rel=0.04)
-
-
 def test_a_joint_is_put_to_a_position_before_the_first_step(world):
     """As steer_bot_hardware_gazebo does when its robot is spawned."""
     text = robot(link("base"), link("arm"), joint("hinge", "revolute", "base", "arm"))
@@ -574,56 +377,6 @@ def test_a_joint_is_released_while_a_model_comes(world):
     bot.body.motor(bot.body.joints[0]).add_effort(-0.1)
     world.step(1)
     assert bot.body.joint_states()[0][1] < 2.999  # no motor holds it
-
-
-def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
-    """The rim meets the box's edge; what is found there pushes it up or back, never through."""
-    shape = '<cylinder radius="0.1" length="0.3"/>'
-    roller = robot(
-        link("base", shape=shape).replace("<collision>", '<collision><origin rpy="1.5708 0 0"/>')
-    )
-    ends = []
-    for y, height in ((0.0, 0.02), (5.0, 0.15)):
-        text = static(f"<box><size>2 2 {height}</size></box>")
-        world.spawn_sdf(f"curb_{y}", text, Pose((1.5, y, 0.5 * height)), str)
-        wheel = world.spawn_urdf(f"wheel_{y}", roller, Pose((0.0, y, 0.1)), str)
-        if y == 0.0:
-            world.spawn(sdf.ground_plane())
-        wheel.body.set_velocity((1.5, 0.0, 0.0), (0.0, 15.0, 0.0))
-        world.step(800)
-        ends.append(wheel.pose.position)
-    assert ends[0][0] > 0.6 and ends[0][2] == pytest.approx(0.12, abs=0.01)
-    assert ends[1][0] < 0.41 and ends[1][2] == pytest.approx(0.1, abs=0.02)
-
-
-def test_a_ball_rolls_over_hills_and_never_into_them(world, tmp_path):
-    def height(x, y):
-        return 0.1 * np.cos(1.5 * x) * np.cos(1.5 * y)
-
-    text = mesh_model(tmp_path / "hills.stl", fields(height))
-    world.spawn_sdf("hills", text, Pose(), lambda uri: uri[7:])
-    ball = spawn(world, BALL, Pose((0.3, 0.1, 0.25)))
-    for _ in range(300):
-        world.step(10)
-        x, y, z = ball.pose.position
-        assert z - height(x, y) > 0.095, ball.pose.position
-    assert math.dist((x, y), (0.3, 0.1)) > 0.3
-
-
-def test_a_wheel_is_stopped_by_the_edge_of_a_curb(world, tmp_path):
-    """Road and curb are one mesh; the curb is higher than the wheel's axle."""
-    road = trimesh.creation.box((4.0, 2.0, 0.2)).apply_translation((0.0, 0.0, -0.1))
-    curb = trimesh.creation.box((0.5, 2.0, 0.4)).apply_translation((1.25, 0.0, 0.1))
-    text = mesh_model(tmp_path / "road.stl", trimesh.util.concatenate([road, curb]))
-    world.spawn_sdf("road", text, Pose(), lambda uri: uri[7:])
-    shape = '<cylinder radius="0.1" length="0.3"/>'
-    body = link("base", shape=shape).replace("<collision>", '<collision><origin rpy="1.5708 0 0"/>')
-    roller = robot(body)
-    wheel = spawn(world, roller, Pose((0.0, 0.0, 0.1)))
-    wheel.body.set_velocity((1.0, 0.0, 0.0), (0.0, 10.0, 0.0))
-    world.step(1200)
-    x, _, z = wheel.pose.position
-    assert x < 0.91 and z == pytest.approx(0.1, abs=0.02)
 
 
 BALL = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
@@ -725,42 +478,11 @@ def test_a_saved_state_knows_who_sleeps(world):
     assert box.body.is_resting() and box.body.touching() == touching
 
 
-def test_the_force_of_a_measured_joint(world):
-    text = robot(
-        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"),
-        link("load", 2.0, "0.3 0 0"),
-        joint("mount", "revolute", "base", "load", axis="0 1 0",
-              more='<limit lower="-1" upper="1" effort="100" velocity="1"/>'),
-        '<gazebo reference="mount"><provideFeedback>true</provideFeedback></gazebo>',
-    )  # fmt: skip
-    bot = spawn(world, text)
-    bot.joints.drive_velocities(("mount",), (0.0,))
-    world.step(500)
-    force, _, effort = bot.body.motor("mount").load()
-    assert force == pytest.approx((0.0, 0.0, 2.0 * G), abs=0.05)
-    assert abs(effort) == pytest.approx(2.0 * G * 0.3, rel=0.01)
-
-
 # states -------------------------------------------------------------------------------------------
 def bits(world):
     """All numbers of the world's state."""
     state = world.engine.save_state().data
     return [state[kind][body].tobytes() for kind in ("bodies", "joints") for body in state[kind]]
-
-
-def test_a_saved_state_goes_on_bit_identically(world):
-    world.spawn(sdf.ground_plane())
-    car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
-    wheels = [name for name in car.joints.names if "wheel" in name]
-    car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
-    world.step(300)
-    saved = world.save_state()
-    world.step(300)
-    first = bits(world)
-    world.step(100)
-    assert world.restore_state(saved) == ""
-    world.step(300)
-    assert bits(world) == first
 
 
 @pytest.mark.parametrize("mu, low, high", [(1.0, 0.2, 0.4), (4.0, 0.0, 0.05)])

@@ -20,11 +20,8 @@ def box(name, size, contact, static=False, more=""):
     )
 
 
-@pytest.fixture(name="world", params=["ode", "bullet"])
-def _world(request):
-    made = World(gravity=(0.0, 0.0, 0.0), solver=request.param)
-    yield made
-    made.close()
+WORLD = {"gravity": (0.0, 0.0, 0.0)}
+SOLVERS = ("ode", "bullet")
 
 
 def spawn(world, name, size, contact="", position=(0.0, 0.0, 0.0), **options):

@@ -9,9 +9,9 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import Pid, PidGains, parse_pid, position_error
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from contact_scenes import nowhere
 from fake_joints import FakeJoints
+from urdf_texts import CONTROL, joint, link, robot
 
 STEP = 0.001  # [s]
 INERTIA = 1e-5  # [kg m^2, kg]
@@ -134,26 +134,19 @@ CALLS = (
 
 def cart(effort=5.0):
     """URDF of a body with wheels that nothing touches."""
-    inertial = (
-        '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}" ixy="0" ixz="0" '
-        'iyz="0"/></inertial>'
+    limit = f'<limit effort="{effort}" velocity="100"/>'
+    return robot(
+        link("base", 1, 1),
+        *(
+            link(f"l{n}", 0.1, INERTIA)
+            + joint(f"w{n}", "continuous", "base", f"l{n}", axis="0 0 1", more=limit)
+            for n in range(WHEELS)
+        ),
+        CONTROL,
     )
-    text = f'<robot name="bot"><link name="base">{inertial.format(1, 1)}</link>'
-    for number in range(WHEELS):
-        text += (
-            f'<link name="l{number}">{inertial.format(0.1, INERTIA)}</link><joint name="w{number}" '
-            f'type="continuous"><parent link="base"/><child link="l{number}"/><axis xyz="0 0 1"/>'
-            f'<limit effort="{effort}" velocity="100"/></joint>'
-        )
-    plugin = '<plugin name="c" filename="libgazebo_ros_control.so"/>'
-    return f"{text}<gazebo>{plugin}</gazebo></robot>"
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World(STEP, gravity=(0.0, 0.0, 0.0), solver="bullet")
-    yield world
-    world.close()
+WORLD = {"time_step": STEP, "gravity": (0.0, 0.0, 0.0), "solver": "bullet"}
 
 
 def controlled(world, gains, goal="Velocity"):

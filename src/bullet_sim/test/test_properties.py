@@ -5,28 +5,21 @@ import math
 import numpy as np
 import pybullet
 import pytest
-from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.errors import ModelError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot
 
-URDF = (
-    '<robot name="r"><link name="base"><inertial><mass value="100"/><inertia ixx="100" '
-    'iyy="100" izz="100"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><link name="plate"><inertial><origin xyz="1 0 0"/>'
-    '<mass value="100"/><inertia ixx="100" iyy="100" izz="100"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    '<joint name="weld" type="fixed"><parent link="base"/><child link="plate"/></joint>'
-    '<link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.2" izz="0.3" '
-    'ixy="0.01" ixz="0" iyz="0"/></inertial></link><joint name="hinge" type="revolute">'
-    '<parent link="base"/>'
-    '<child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="99" '
-    'velocity="50"/></joint><link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" '
-    'iyy="0.1" izz="0.1"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="axle" type="continuous">'
-    '<parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint></robot>'
-)
+URDF = robot(
+    link("base", 100, 100), link("plate", 100, 100, center="1 0 0"),
+    joint("weld", "fixed", "base", "plate"),
+    link("arm", 1, (0.1, 0.2, 0.3)).replace('ixy="0"', 'ixy="0.01"'),
+    joint("hinge", "revolute", "base", "arm", axis="0 0 1",
+          more='<limit lower="-1" upper="1" effort="99" velocity="50"/>'),
+    link("wheel"), joint("axle", "continuous", "base", "wheel", axis="0 0 1"),
+)  # fmt: skip
 ARM = np.array([[0.1, 0.01, 0], [0.01, 0.2, 0], [0, 0, 0.3]])
 
 
@@ -215,15 +208,6 @@ def test_placing_some_joints_leaves_the_others(world, model):
     with pytest.raises(ModelError, match="position of joint 'hinge' is nan"):
         model.joints.set_positions({"axle": 1.0, "hinge": math.nan})
     assert model.joints.arrays()[0][1] == positions[1]
-
-
-def test_another_time_step(world):
-    world.step(1000)
-    world.set_time_step(0.004)
-    assert (world.time_step, world.time) == (0.004, pytest.approx(1.0))
-    for step in (0.0, -0.001, math.nan, 5.0):
-        with pytest.raises(WorldError, match="time_step is"):
-            world.set_time_step(step)
 
 
 def test_an_effort_keeps_its_time_when_the_time_step_changes(world, model):

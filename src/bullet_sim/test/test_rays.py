@@ -14,6 +14,7 @@ from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose, rotation_matrix
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.world import World
+from urdf_texts import joint, link, robot
 
 NEAR, FAR = 0.2, 12.0
 CENTER = np.array((0.3, -0.2, 0.4))
@@ -339,17 +340,12 @@ def test_a_mesh_that_cannot_be_read_is_pybullets(world, tmp_path, monkeypatch):
     np.testing.assert_allclose(cast(world, directions()), expected, atol=5e-3)
 
 
-ARM = (
-    '<robot name="arm"><link name="world"/><joint name="fixed" type="fixed"><parent link="world"/>'
-    '<child link="post"/></joint><link name="post">{0}<collision><geometry><box size="0.2 0.2 2"/>'
-    '</geometry></collision></link><joint name="turn" type="continuous"><parent link="post"/>'
-    '<child link="hand"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/></joint><link name="hand">{0}'
-    '<collision><origin xyz="0 1 0"/><geometry><sphere radius="0.3"/></geometry></collision></link>'
-    "</robot>"
-).format(
-    '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
-    "</inertial>"
-)
+ARM = robot(
+    '<link name="world"/>', joint("fixed", "fixed", "world", "post"),
+    link("post", 1, 1, '<box size="0.2 0.2 2"/>'),
+    joint("turn", "continuous", "post", "hand", "0 0 0.4", "0 0 1"),
+    link("hand", 1, 1, '<sphere radius="0.3"/>').replace("<origin rpy", '<origin xyz="0 1 0" rpy'),
+)  # fmt: skip
 
 
 def test_a_robot_that_stands_fast_is_seen_where_its_links_are(world):

@@ -42,11 +42,7 @@ def joint(content="", kind="revolute", parent="a", child="b", name="j"):
     )
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
-    yield world
-    world.close()
+WORLD = {"gravity": (0.0, 0.0, 0.0)}
 
 
 def spawn(world, description):

@@ -8,23 +8,20 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import nowhere
 from scipy.linalg import expm
+from urdf_texts import CONTROL, joint, link, robot
 
 STEP = 0.3  # of the set point [rad, rad/s]
 
 
 def rotor(inertia, kind="revolute", friction=0.0, effort=1e6):
     """URDF of a disc on a body that the world holds."""
-    return (
-        '<robot name="bot"><link name="world"/><link name="base"><inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint '
-        'name="held" type="fixed"><parent link="world"/><child link="base"/></joint><link '
-        'name="disc"><inertial><mass value="1"/><inertia '
-        f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        f'</link><joint name="axle" type="{kind}"><parent link="base"/><child link="disc"/>'
-        f'<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="{effort}" velocity="1000"/>'
-        f'<dynamics friction="{friction}"/></joint>'
-        '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-    )
+    limit = f'<limit lower="-3" upper="3" effort="{effort}" velocity="1000"/>'
+    more = f'{limit}<dynamics friction="{friction}"/>'
+    return robot(
+        '<link name="world"/>', link("base", 1, 1), joint("held", "fixed", "world", "base"),
+        link("disc", 1, inertia), joint("axle", kind, "base", "disc", axis="0 0 1", more=more),
+        CONTROL,
+    )  # fmt: skip
 
 
 @pytest.fixture(name="solver", params=["ode", "bullet"])

@@ -8,19 +8,15 @@ from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import CONTROL, joint, link, robot
 
 NAMES = ("a", "b", "c")
-ARM = (
-    '<robot name="arm"><link name="base"><inertial><mass value="1"/><inertia ixx="0.01" '
-    'iyy="0.01" izz="0.01"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.1 0.1 0.1"/></geometry>'
-    '</collision></link><link name="tip"><inertial><mass value="0.2"/><inertia ixx="1e-3" '
-    'iyy="1e-3" izz="1e-3"'
-    ' ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="revolute"><parent '
-    'link="base"/><child link="tip"/><origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>'
-    '<limit lower="-1" upper="1" effort="5" velocity="10"/></joint>'
-    '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-)
+ARM = robot(
+    link("base", 1, 0.01, '<box size="0.1 0.1 0.1"/>'), link("tip", 0.2, 1e-3),
+    joint("j", "revolute", "base", "tip", "0.2 0 0",
+          more='<limit lower="-1" upper="1" effort="5" velocity="10"/>'),
+    CONTROL,
+)  # fmt: skip
 
 
 @pytest.fixture(name="make")

@@ -8,11 +8,9 @@ from bullet_sim.controllers.pid import PidGains
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_joints import COVARIANCES
+from urdf_texts import link
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.02" iyy="0.03" izz="0.01" '
-    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
+LINK = link("{0}", 1, (0.02, 0.03, 0.01))
 JOINT = (
     '<joint name="{0}" type="{1}"><origin xyz="0 {4} 0"/><parent link="world"/><child link="l{0}"/>'
     '<axis xyz="{2}"/><limit {3}/></joint>'

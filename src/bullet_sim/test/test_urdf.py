@@ -6,17 +6,13 @@ import numpy as np
 import pytest
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
+from urdf_texts import robot
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
 DECLARATION = '<?xml version="1.0" encoding="utf-8"?>\n'
 BOX = '<geometry><box size="1 2 3"/></geometry>'
 TWO_LINKS = '<link name="base"/><link name="tip"/>'
-
-
-def robot(content):
-    """A URDF with the given content."""
-    return f'<robot name="r">{content}</robot>'
 
 
 def joint(kind="fixed", parent="base", child="tip", extra=""):
@@ -100,18 +96,6 @@ def test_joint_is_read():
     assert (read.lower, read.upper, read.effort, read.velocity) == (-1, 2, 3, 4)
     assert (read.axis, read.damping, read.friction) == ((0, 0, 1), 0.1, 0.2)
     assert read.origin.position == (0, 0, 1)
-
-
-def test_mimic_of_no_joint_is_a_warning():
-    model = parse_urdf(robot(TWO_LINKS + joint("continuous", extra='<mimic joint="x"/>')), str)
-    assert "mimics 'x', which is no other joint" in model.warnings[0]
-
-
-def test_different_frictions_along_and_across():
-    text = robot('<link name="a"/><gazebo reference="a"><mu1>0.9</mu1><mu2>0.4</mu2></gazebo>')
-    model = parse_urdf(text, str)
-    surface = model.links["a"].surface
-    assert (surface.friction, surface.friction2) == (0.9, 0.4) and model.warnings == []
 
 
 REFUSED = [

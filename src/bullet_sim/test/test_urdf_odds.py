@@ -7,19 +7,13 @@ from bullet_sim.formats.joints import NOTHING
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from urdf_texts import inertial, robot
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
-BOX = (
-    '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '
-    'iyz="0"/></inertial><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
-)
+BOX = inertial("{m}", "{i}")
+BOX += '<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
 BODY = BOX.format(m=1, i=0.01)
-
-
-def robot(content):
-    """A URDF."""
-    return f'<robot name="r">{content}</robot>'
 
 
 def joint(kind, parent, child, extra="", name="j"):
@@ -28,13 +22,6 @@ def joint(kind, parent, child, extra="", name="j"):
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
         f"{extra}</joint>"
     )
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World()
-    yield world
-    world.close()
 
 
 def spawned(world, content, height=1.0):

@@ -29,11 +29,7 @@ def shape(geometry, more=""):
     return f"<geometry>{geometry}</geometry>{more}"
 
 
-@pytest.fixture(name="world")
-def _world():
-    made = World(gravity=(0.0, 0.0, 0.0))
-    yield made
-    made.close()
+WORLD = {"gravity": (0.0, 0.0, 0.0)}
 
 
 AHEAD = RaySpec("l", "l", samples=3, min_angle=-math.pi / 2, max_angle=math.pi / 2)

@@ -1,7 +1,6 @@
 """Gazebo's WindPlugin beyond what test_gazebo_states.py holds."""
 
 import gazebo_states
-import numpy as np
 import pytest
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.formats.urdf import parse_urdf
@@ -32,19 +31,6 @@ def test_without_a_factor_there_is_no_wind_as_in_gazebo(factor):
     assert found.wind is None
     assert any("force_approximation_scaling_factor" in each for each in found.warnings)
     assert described(FACTOR).warnings == []
-
-
-@pytest.mark.parametrize("solver", ["ode", "bullet"])
-def test_links_take_its_velocity(solver):
-    world = World(solver=solver)
-    world.load(described(f"{FACTOR}<vertical><time_for_rise>0.1</time_for_rise></vertical>"))
-    world.step(9000)
-    assert velocity(world) == pytest.approx((3.0, 4.0, 0.5), abs=0.02)
-    world.reset()
-    assert velocity(world) == pytest.approx(0.0)
-    world.step()
-    assert 0.0 < np.linalg.norm(velocity(world)) < 1e-3, "it rises again"
-    world.close()
 
 
 def test_its_noise_is_of_the_speed_the_direction_and_the_height():

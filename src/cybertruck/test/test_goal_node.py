@@ -1,4 +1,4 @@
-"""The goal node without a master: resets of time, with and without odometry after them."""
+"""The goal node without a master: ends of goals, resets with and without odometry after them."""
 
 import time
 
@@ -26,10 +26,13 @@ class Rig:
         monkeypatch.setattr(time, "monotonic", lambda: self.wall)
         self.node = GoalNode()
         self.odometry(50.0)
-        request = GoalRequest()
-        request.pose.position.x = 10.0
-        assert self.ros.services["goal"](request).success
+        self.send(10.0)
         self.odometry(50.008)
+
+    def send(self, x):
+        request = GoalRequest()
+        request.pose.position.x = x
+        assert self.ros.services["goal"](request).success
 
     def odometry(self, stamp):
         self.ros.now = stamp
@@ -92,3 +95,14 @@ def test_the_timeout_has_to_pass_in_both_times(rig, ros, wall, status):
     rig.wall += wall
     rig.watch()
     assert rig.status()[0] == status
+
+
+def test_a_new_goal_and_a_cancel_preempt(rig):
+    rig.send(-5.0)
+    first, second, third = rig.ros.messages("goal/status")[-3:]
+    found = [each.status for each in (first, second, third)]
+    assert found == [GoalStatus.ACTIVE, GoalStatus.PREEMPTED, GoalStatus.ACTIVE]
+    assert first.goal_id.id == second.goal_id.id != third.goal_id.id
+    cancel = rig.ros.services["goal/cancel"]
+    assert cancel(None).success and rig.status()[0] == GoalStatus.PREEMPTED
+    assert rig.speeds()[-1] == 0.0 and not cancel(None).success

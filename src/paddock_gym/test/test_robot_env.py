@@ -160,43 +160,40 @@ def test_controllers_of_a_yaml_file_take_commands_with_their_limits(make, tmp_pa
         assert env.step([0.5])[0] != before, kind
 
 
-def test_links_without_mass_are_left_out_or_kept_as_in_the_node(make, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "option, default, other, more, seen",
+    [
+        (
+            "massless_links", "leave_out", "keep",
+            '<link name="flag"/><joint name="pole" type="continuous"><parent link="base"/>'
+            '<child link="flag"/></joint>',
+            lambda robot: "flag" in robot.bodies,
+        ),
+        (
+            "fixed_joints", "keep", "merge",
+            '<link name="world"/><joint name="held" type="fixed"><parent link="world"/>'
+            '<child link="base"/></joint>',
+            lambda robot: robot.body.is_fixed,
+        ),
+    ],
+)  # fmt: skip
+def test_choices_are_those_of_the_node(
+    make, tmp_path, monkeypatch, option, default, other, more, seen
+):
     text = pathlib.Path(CART).read_text(encoding="utf-8")
-    more = '<link name="flag"/><joint name="pole" type="continuous"><parent link="base"/>'
     path = tmp_path / "cart.urdf"
-    path.write_text(text.replace("</robot>", f'{more}<child link="flag"/></joint></robot>'))
-    for given, there in (({}, False), ({"massless_links": "keep"}, True)):
+    path.write_text(text.replace("</robot>", f"{more}</robot>"))
+    for given, expected in (({}, False), ({option: other}, True)):
         env = make(urdf=str(path), pose=ON_GROUND, **given)
-        assert ("flag" in env.world.world.models["robot"].bodies) == there
-    launch = tmp_path / "cart.launch"
-    launch.write_text(
-        '<launch><node name="gazebo" pkg="bullet_bridge" type="bridge">'
-        '<param name="massless_links" value="keep"/></node></launch>'
-    )
-    read = pytest.importorskip("paddock_gym.simulation.launch_file").from_launch
-    assert read(str(launch)).massless_links == "keep"
-    launch.write_text('<launch><node name="gazebo" pkg="bullet_bridge" type="bridge"/></launch>')
-    assert read(str(launch)).massless_links == "leave_out"
-    monkeypatch.setenv("PADDOCK_MASSLESS_LINKS", "keep")
-    assert read(str(launch)).massless_links == "keep"
-
-
-def test_fixed_joints_are_kept_or_merged_as_in_the_node(make, tmp_path, monkeypatch):
-    text = pathlib.Path(CART).read_text(encoding="utf-8")
-    more = '<link name="world"/><joint name="held" type="fixed"><parent link="world"/>'
-    path = tmp_path / "cart.urdf"
-    path.write_text(text.replace("</robot>", f'{more}<child link="base"/></joint></robot>'))
-    for given, held in (({}, False), ({"fixed_joints": "merge"}, True)):
-        env = make(urdf=str(path), **given)
-        assert env.world.world.models["robot"].body.is_fixed == held
+        assert seen(env.world.world.models["robot"]) == expected
     read = pytest.importorskip("paddock_gym.simulation.launch_file").from_launch
     launch, node = tmp_path / "cart.launch", '<node name="gazebo" pkg="bullet_bridge" type="bridge"'
-    launch.write_text(f'<launch>{node}><param name="fixed_joints" value="merge"/></node></launch>')
-    assert read(str(launch)).fixed_joints == "merge"
+    launch.write_text(f'<launch>{node}><param name="{option}" value="{other}"/></node></launch>')
+    assert getattr(read(str(launch)), option) == other
     launch.write_text(f"<launch>{node}/></launch>")
-    assert read(str(launch)).fixed_joints == "keep"
-    monkeypatch.setenv("PADDOCK_FIXED_JOINTS", "merge")
-    assert read(str(launch)).fixed_joints == "merge"
+    assert getattr(read(str(launch)), option) == default
+    monkeypatch.setenv(f"PADDOCK_{option.upper()}", other)
+    assert getattr(read(str(launch)), option) == other
 
 
 FLOAT = (
