@@ -195,6 +195,7 @@ SUITES = {
         "gazebo_host",
         "plugins",
         "control",
+        "robots",
         "services",
         "",
     ),

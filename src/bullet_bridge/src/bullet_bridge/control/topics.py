@@ -13,6 +13,7 @@ from bullet_sim.controllers import Controller, drive, four_wheel, joint
 from bullet_sim.controllers.drive_settings import DriveConfig
 from bullet_sim.parts.outputs import Output
 from bullet_sim.parts.schedule import SubscribedSchedule
+from bullet_sim.registry import ByClass
 from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import TwistStamped
@@ -121,27 +122,13 @@ class Robot(Protocol):
         """Result of a job of the simulation thread; what it raises is raised here."""
 
 
-T = TypeVar("T", bound="Topics")
-
-# Class of a controller -> the Topics of it and its subclasses.
-ROS_SIDE: dict[type[Controller], type[Topics]] = {}
-
-
-def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
-    """Decorator that enters Topics for classes of controllers."""
-
-    def enter(topics: type[T]) -> type[T]:
-        ROS_SIDE.update(dict.fromkeys(controllers, topics))
-        return topics
-
-    return enter
+ROS_SIDE: ByClass[type[Topics]] = ByClass()  # of classes of controllers
+ros_side = ROS_SIDE.enter
 
 
 def topics_of(robot: Robot, controller: Any) -> Topics:
-    """The Topics of a Controller: those of its class, or of the closest base that has some."""
-    return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
-        robot, controller
-    )
+    """The Topics of a Controller."""
+    return ROS_SIDE.of(controller)(robot, controller)
 
 
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic

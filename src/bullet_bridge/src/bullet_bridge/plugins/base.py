@@ -13,6 +13,7 @@ from bullet_sim.errors import SimError
 from bullet_sim.parts import base as parts
 from bullet_sim.parts.outputs import Output
 from bullet_sim.pose import Pose
+from bullet_sim.registry import ByClass
 from paddock_common.reconfigure import describe
 from rospy.impl.registration import get_topic_manager
 
@@ -21,21 +22,10 @@ from bullet_bridge.transport.publishing import all_or_none, check_type, note_end
 from bullet_bridge.transport.reconfigure import ValuesServer
 from bullet_bridge.transport.senders import message_class, sender
 
-P = TypeVar("P", bound="ModelPlugin")
 T = TypeVar("T")
 
-# Class of a specification -> the ModelPlugin that does it, and its subclasses.
-ROS_SIDE: dict[type, type[ModelPlugin]] = {}
-
-
-def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
-    """Decorator that enters a ModelPlugin for classes of specifications."""
-
-    def enter(plugin: type[P]) -> type[P]:
-        ROS_SIDE.update(dict.fromkeys(specs, plugin))
-        return plugin
-
-    return enter
+ROS_SIDE: ByClass[type[ModelPlugin]] = ByClass()  # of classes of specifications
+ros_side = ROS_SIDE.enter
 
 
 @dataclass(frozen=True)
@@ -59,11 +49,8 @@ def make_plugin(
     Args:
         plugin_class: None: that of the specification's class, or of its closest base.
     """
-    if plugin_class is None:
-        bases = type(context.spec).__mro__
-        plugin_class = next(ROS_SIDE[base] for base in bases if base in ROS_SIDE)
     with all_or_none():
-        plugin = plugin_class(context)
+        plugin = (plugin_class or ROS_SIDE.of(context.spec))(context)
         plugin.reset(context.world.time)
         plugin.listen()
     return plugin

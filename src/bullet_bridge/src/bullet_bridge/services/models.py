@@ -19,7 +19,7 @@ from bullet_sim.xml_reader import Node
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
-from bullet_bridge.services.entities import ConnectedModels, find_frame, find_model
+from bullet_bridge.services.entities import find_frame, find_model
 from bullet_bridge.services.handlers import (
     NO_FRAME,
     Refusal,
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.server import Server
+    from bullet_bridge.robots import Robots
 
 
 READING = 0.5  # wall time [s] for which time waits for the reading of a model, at most
@@ -69,7 +70,7 @@ class ModelServices:
         prefix: str,
         world: World,
         jobs: JobQueue,
-        robots: ConnectedModels,
+        robots: Robots,
         resolve: Resolve,
         server: Server,
         missing_package: Callable[[str], str | None] = lambda text: None,
