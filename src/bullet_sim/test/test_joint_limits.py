@@ -323,7 +323,7 @@ def test_a_position_that_a_pid_follows_moves_at_the_limit_of_speed():
     world, manager = controlled("position", limit, gains=gains)
     manager.command("c", [1.0])
     world.step(1000)
-    assert manager.hardware.pid("axle").target == pytest.approx(0.5, abs=1e-6)
+    assert manager.hardware.handles(["axle"])[0].gains_pid.target == pytest.approx(0.5, abs=1e-6)
     assert turned(world, 3000)[0] == pytest.approx(1.0, abs=1e-2)
     assert not manager.hardware.limited
     world.close()

@@ -115,7 +115,12 @@ class RosPart:
             fields = {} if response is None else response
             return kind._response_class(**fields) if isinstance(fields, dict) else fields
 
-        self._offer(name, lambda: _ServiceEndpoint(rospy.Service(name, kind, handle)))
+        def make() -> Any:
+            made: Any = rospy.Service(name, kind, handle)
+            made.unregister = lambda: made.shutdown("its model is deleted")  # as a publisher
+            return made
+
+        self._offer(name, make)
 
     def reconfigure(
         self,
@@ -172,16 +177,6 @@ class Transforms:
             raise LookupError(str(error)) from error
         p, q = found.translation, found.rotation
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-class _ServiceEndpoint:
-    """A rospy.Service that is closed like a publisher."""
-
-    def __init__(self, service: Any) -> None:
-        self._service = service
-
-    def unregister(self) -> None:
-        self._service.shutdown("its model is deleted")
 
 
 class ModelPlugin(RosPart, parts.Part):

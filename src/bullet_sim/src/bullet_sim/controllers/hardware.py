@@ -141,10 +141,6 @@ class Hardware(Stateful):
         else:
             handle.gains_pid.gains = gains
 
-    def pid(self, joint: str) -> Pid | None:
-        """The Pid of a joint with gains, or None."""
-        return self._handles[joint].gains_pid if joint in self._handles else None
-
     # commands ---------------------------------------------------------------------------------
     def list_acting(self) -> None:
         """List anew the joints on which an effort acts."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Tuple
 
@@ -14,7 +14,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.collisions import collision_names
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.mirrors import mirrored_links, visual_links
-from bullet_sim.description.model import WORLD_LINK, Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import WORLD_LINK, Link, ModelDescription
 from bullet_sim.engine.api import Body, Engine
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
@@ -293,15 +293,6 @@ class Model:
         """Links that remain when fixed joints are merged: Link by name."""
         return self._lumped.links
 
-    @property
-    def parts_joints(self) -> tuple[Joint, ...]:
-        """Joints that remain when fixed joints are merged."""
-        return self._lumped.joints
-
-    def collisions(self) -> Iterator[Shape]:
-        """The collisions of all rigid_parts."""
-        return (shape for link in self._lumped.links.values() for shape in link.collisions)
-
     def row(self, part: str) -> int:
         """Row of one of the rigid_parts in source.links."""
         return self.body.links.index(part)
@@ -359,10 +350,6 @@ class Model:
             return self.link_state(link)[0] * frame
         frame = Pose(*self.body.pose())
         return frame * self._told_from_frame() if self._told else frame
-
-    def is_merged(self, link: str) -> bool:
-        """Whether a link of the description is a part of another one in the body."""
-        return self._lumped.frames[link][0] != link
 
     @cached_property
     def collision_names(self) -> dict[tuple[str, int], str]:

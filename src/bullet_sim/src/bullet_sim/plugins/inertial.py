@@ -486,7 +486,7 @@ class ImuSensor(Sensor):
         )
 
     def _noisy(self, values: Vec3, stddev: float | Vec3, mean: float | Vec3) -> Vec3:
-        """As inertial.add_noise, on plain numbers."""
+        """Values with white Gaussian noise of a mean and a standard deviation; 0: none."""
         x, y, z = values
         if mean:
             a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
