@@ -18,6 +18,7 @@ from bullet_sim.description.model import Joint, SoftLimits
 from bullet_sim.engine.quickstep import law
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_velocities
 from fake_joints import limited_effort
 
 STEP, INERTIA = 0.001, 0.02  # [s], [kg m^2]
@@ -132,7 +133,7 @@ def test_a_drive_plugin_sets_a_motor_whatever_the_limits(solver):
     model.joints.set_motor("axle", 6.0, 100.0)
     world.step(20)
     assert model.joints.state()[1]["axle"] == pytest.approx(6.0, rel=0.01)
-    model.joints.drive_velocities(("axle",), (6.0,))
+    drive_velocities(model.joints, ("axle",), (6.0,))
     world.step(200)
     assert model.joints.state()[1]["axle"] == pytest.approx(3.0, rel=0.01)
     world.close()

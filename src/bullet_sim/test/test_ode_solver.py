@@ -18,6 +18,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_positions, drive_velocities
 
 SOURCES = Path(__file__).resolve().parents[2]
 CAR = SOURCES / "track_model" / "urdf" / "racecar.urdf.xacro"
@@ -140,8 +141,8 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
             ahead = wheelbase * curvature if end == "front" else 0.0
             speeds = [speed / radius * math.hypot(1 - curvature * y, ahead) for y in (half, -half)]
             names = [f"{side}_{end}_wheel_joint" for side in ("left", "right")]
-            car.joints.drive_velocities(names, speeds)
-        car.joints.drive_positions(hinges, wheel_angles(steering, wheelbase, halves["front"]))
+            drive_velocities(car.joints, names, speeds)
+        drive_positions(car.joints, hinges, wheel_angles(steering, wheelbase, halves["front"]))
         drive(world, car, 2.0)
         way, turn = drive(world, car, 4.0)
         rate = math.radians(turn) / 4.0
@@ -149,8 +150,8 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
         assert rate == pytest.approx(speed * curvature, rel=0.005, abs=5e-4)
         middle = math.hypot(1.0, curvature * 0.081663)  # base_link is ahead of the rear axle
         assert way / 4.0 == pytest.approx(speed * middle, rel=0.01)
-    car.joints.drive_velocities(wheels, [0.0] * 4)
-    car.joints.drive_positions(hinges, [0.0, 0.0])
+    drive_velocities(car.joints, wheels, [0.0] * 4)
+    drive_positions(car.joints, hinges, [0.0, 0.0])
     drive(world, car, 2.0)
     assert drive(world, car, 10.0)[0] < 0.0005
 
@@ -160,10 +161,10 @@ def test_our_car_with_one_speed_for_all_wheels_turns_as_in_gazebo(world, heading
     """As the original teleoperator drives it: the wheels slip; Gazebo was recorded at heading 0."""
     car, wheels, hinges = our_car(world, heading)
     world.step(1000)
-    car.joints.drive_velocities(wheels, [20.0] * 4)
-    car.joints.drive_positions(hinges, [0.0, 0.0])
+    drive_velocities(car.joints, wheels, [20.0] * 4)
+    drive_positions(car.joints, hinges, [0.0, 0.0])
     assert drive(world, car, 4.0)[0] == pytest.approx(2.3577, rel=0.01)
-    car.joints.drive_positions(hinges, [0.3, 0.3])
+    drive_positions(car.joints, hinges, [0.3, 0.3])
     way, turn = drive(world, car, 4.0)
     assert way == pytest.approx(2.1498, rel=0.01)
     assert turn == pytest.approx(194.99, rel=0.01)
@@ -184,8 +185,8 @@ def test_our_truck_drives_as_in_gazebo_and_as_it_steers(world, trailer):
     for steering, recorded in ((0.0, 0.0), *TRUCK_TURNS):
         curvature = math.tan(steering) / wheelbase
         speeds = [speed / radius * (1 - curvature * y) for y in (half_track, -half_track)]
-        truck.joints.drive_velocities(axle, speeds)
-        truck.joints.drive_positions(steers, wheel_angles(steering, wheelbase, half_track))
+        drive_velocities(truck.joints, axle, speeds)
+        drive_positions(truck.joints, steers, wheel_angles(steering, wheelbase, half_track))
         drive(world, truck, 2.0)
         way, turn = drive(world, truck, 4.0)
         rate = math.radians(turn) / 4.0
@@ -253,7 +254,7 @@ def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
         text += joint(f"{side}_joint", "continuous", f"{side}_motor", side, f"0 {1.25 * y} 0")
     bot = spawn(world, f'<robot name="bot">{text}</robot>', Pose((0, 0, 0.146)), ground=True)
     world.step(100)
-    bot.joints.drive_velocities(("left_joint", "right_joint"), (0.0, 0.0))
+    drive_velocities(bot.joints, ("left_joint", "right_joint"), (0.0, 0.0))
     world.step(15000)
     assert bot.pose.position[2] == pytest.approx(0.1455, abs=1e-3)
     bot.body.set_velocity((0.0, 0.0, 0.0), (0.0, 1e-9, 0.0))
@@ -282,13 +283,13 @@ def test_a_slider_stops_at_its_limit_and_is_pushed_there(world):
               more='<limit lower="-0.2" upper="0.3" effort="50" velocity="5"/>'),
     )  # fmt: skip
     bot = spawn(world, text)
-    bot.joints.drive_velocities(("rail",), (0.5,))
+    drive_velocities(bot.joints, ("rail",), (0.5,))
     world.step(200)
     assert bot.joints.arrays()[1][0] == pytest.approx(0.5, rel=1e-3)
     assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.095, abs=1e-3)  # 50 N, 2 kg
     world.step(1000)
     assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.3, abs=2e-3)
-    bot.joints.drive_positions(("rail",), (-0.1,))
+    drive_positions(bot.joints, ("rail",), (-0.1,))
     world.step(200)
     assert bot.joints.positions_of(("rail",))[0] == pytest.approx(-0.1, abs=1e-3)
 
@@ -734,7 +735,7 @@ def test_the_force_of_a_measured_joint(world):
         '<gazebo reference="mount"><provideFeedback>true</provideFeedback></gazebo>',
     )  # fmt: skip
     bot = spawn(world, text)
-    bot.joints.drive_velocities(("mount",), (0.0,))
+    drive_velocities(bot.joints, ("mount",), (0.0,))
     world.step(500)
     force, _, effort = bot.body.motor("mount").load()
     assert force == pytest.approx((0.0, 0.0, 2.0 * G), abs=0.05)
@@ -752,7 +753,7 @@ def test_a_saved_state_goes_on_bit_identically(world):
     world.spawn(sdf.ground_plane())
     car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
     wheels = [name for name in car.joints.names if "wheel" in name]
-    car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
+    drive_velocities(car.joints, wheels, [10.0, 11.0, 12.0, 13.0])
     world.step(300)
     saved = world.save_state()
     world.step(300)
@@ -796,7 +797,7 @@ def test_batches_and_a_reset_do_not_matter(world):
     wheels = [name for name in car.joints.names if "wheel" in name]
 
     def story(batch):
-        car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
+        drive_velocities(car.joints, wheels, [10.0, 11.0, 12.0, 13.0])
         for _ in range(400 // batch):
             world.step(batch)
         return bits(world)

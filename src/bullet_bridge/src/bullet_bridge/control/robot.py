@@ -254,5 +254,5 @@ class RobotControl(control.Robot):
             emergency.unregister()
         for of_controller in topics.values():
             of_controller.close()
-        for server in self._pid_servers.take_all():
+        for server in self._pid_servers.take():
             server.close()

@@ -210,13 +210,10 @@ class Hardware(Stateful):
         """
         if not self.acting:
             return []
-        if not computes:
-            for joint in self.acting:
-                if joint.is_regulated:
-                    joint.regulate(period)
-        if computes:
-            return self.joints.apply_efforts(self.acting, True) or []
-        return self.joints.apply_efforts(self.acting) or []
+        for joint in () if computes else self.acting:
+            if joint.is_regulated:
+                joint.regulate(period)
+        return self.joints.apply_efforts(self.acting, computes) or []
 
     def take_steps(self, recorded: Array, rows: Iterable[EffortRow]) -> None:
         """An engine has made steps with such rows, and computed PIDs.
