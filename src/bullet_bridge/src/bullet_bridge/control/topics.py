@@ -87,13 +87,6 @@ def four_wheel_state(
     return message
 
 
-def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
-    """geometry_msgs/TwistStamped of a limited command."""
-    message = TwistStamped(header=header(time))
-    message.twist.linear.x, message.twist.angular.z = linear, angular
-    return message
-
-
 ROS_SIDE: ByClass[type[Topics]] = ByClass()  # of classes of controllers
 ros_side = ROS_SIDE.enter
 
@@ -193,7 +186,9 @@ class Drive(Commands, control.Drive):
     def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step and the limited command."""
         if self._limited is not None and self._limited_schedule.due(step):
-            self._limited.publish(limited_twist(time, *self.controller.limited))
+            message = TwistStamped(header=header(time))
+            message.twist.linear.x, message.twist.angular.z = self.controller.limited
+            self._limited.publish(message)
         super().publish(step, time)
 
 
