@@ -280,6 +280,13 @@ class Part(Component):
         return self.sensor_state()[0]
 
 
+class Acting(Part):
+    """Acts on its model after each step; /gazebo/reset_world leaves it as it is."""
+
+    every_step = True
+    resets = False
+
+
 class Preparing(Part):
     """Acts when its model is there and after each reset alone."""
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from bullet_sim.description.model import EVERYTHING, ModelDescription
 from bullet_sim.engine import BodyLink
-from bullet_sim.parts.base import Part, part_of
+from bullet_sim.parts.base import Acting, part_of
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import PluginSpec, number, read, reading, switch
 from bullet_sim.plugins.xml import MissingPart, PluginXml, Values
@@ -155,12 +155,10 @@ class Touch(NamedTuple):
 Touches = Dict[BodyLink, Dict[BodyLink, Touch]]  # object -> link of a gripper -> sums
 
 
-class Grasping(Part):
+class Grasping(Acting):
     """Attaches objects, by decisions in simulated time."""
 
     STATE: ClassVar[tuple[str, ...]] = ("_next",)
-    every_step = True
-    resets = False
 
     def reset(self, time: float) -> None:
         """With nothing held."""
