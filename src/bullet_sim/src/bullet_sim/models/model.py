@@ -343,7 +343,8 @@ class Model:
         in_root = root.inverse() * frame
         return in_root.inverse() * told * in_root
 
-    def _told_pose(self) -> Pose:
+    @property
+    def pose(self) -> Pose:
         """World pose of the model's frame, as it is told."""
         if self._carried is not None:
             link, frame = self._carried
@@ -373,16 +374,14 @@ class Model:
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
         part, offset = self._told_in_body(link)
-        if offset == _SAME:
-            return self.body.link_motion(part)
-        return self.body.link_motion(part, (offset.position, offset.orientation))
+        place = None if offset == _SAME else (offset.position, offset.orientation)
+        return self.body.link_motion(part, place)
 
     def recorded_motion(self, link: str) -> Any:
         """As link_motion() after each recorded step, see api.Body."""
         part, offset = self._told_in_body(link)
-        if offset == _SAME:
-            return self.body.recorded_motion(part)
-        return self.body.recorded_motion(part, (offset.position, offset.orientation))
+        place = None if offset == _SAME else (offset.position, offset.orientation)
+        return self.body.recorded_motion(part, place)
 
     def body_motions(self) -> list[Motion]:
         """As link_motion, of each of the bodies; those of a static model do not move."""
@@ -392,18 +391,13 @@ class Model:
             return [self.body.link_motion(self._lumped.frames[body][0]) for body in self.bodies]
         return [self.link_motion(body) for body in self.bodies]
 
-    @property
-    def pose(self) -> Pose:
-        """World pose of the root link's frame."""
-        return self._told_pose()
-
     def motion(self) -> Motion:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
         carrier = self.description.root if self._carried is None else self._carried[0]
         position, orientation, linear, angular = self.link_motion(carrier)
         if self._carried is None and not self._told and self._at_root:
             return position, orientation, linear, angular
-        pose = self._told_pose()
+        pose = self.pose
         return pose.position, pose.orientation, linear, angular
 
     def recorded_motions(self) -> list[Any] | None:
