@@ -29,6 +29,7 @@ if len(sys.argv) > 2:
 sys.path.append(sys.argv[1])
 import numpy as np
 import gazebo_states
+from driving import drive_velocities
 from bullet_sim.engine.api import Rays
 from bullet_sim.pose import Pose
 from bullet_sim.world import World

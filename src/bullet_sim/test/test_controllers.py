@@ -38,7 +38,7 @@ class Recorded(FakeJoints):
         self.calls = []
         self.positions = dict.fromkeys(JOINTS, 0.25)
 
-    def apply_efforts(self, handles):
+    def apply_efforts(self, handles, computes=False):
         """Record, within the limits."""
         efforts = {handle.name: limited_effort(handle)[0] for handle in handles}
         self.calls.append(("effort", efforts))

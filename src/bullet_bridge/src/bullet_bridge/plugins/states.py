@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import time as wall
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bullet_sim.models.model import Model
@@ -30,12 +31,16 @@ def _outermost(model: Model, of_bodies: Sequence[Any]) -> Sequence[Any]:
     return [of_body for body, of_body in zip(model.bodies, of_bodies) if not scope(body)]
 
 
+def link_names(model: Model) -> list[str]:
+    """Names in link_states: of the links that Gazebo has, but for those of models inside it."""
+    return [f"{model.name}::{link}" for link in _outermost(model, model.bodies)]
+
+
 class StateTopic:
     """One of the topics about all models.
 
     Args:
-        message_type: ModelStates or LinkStates: of the links that Gazebo has, but for those of
-            models inside others.
+        message_type: ModelStates or LinkStates.
     """
 
     def __init__(self, topic: str, message_type: type) -> None:
@@ -51,11 +56,6 @@ class StateTopic:
             return [(*model.body.pose(), AT_REST, AT_REST)]
         return [model.motion()]
 
-    def _names(self, model: Model) -> Iterable[str]:
-        if not self._of_links:
-            return [model.name]
-        return (f"{model.name}::{link}" for link in _outermost(model, model.bodies))
-
     def publish(self, world: World) -> None:
         models = self._present(world)
         self._sender.send([motion for model in models for motion in self._motions(model)])
@@ -65,8 +65,8 @@ class StateTopic:
         models = list(world.models.values())
         if models != self._models:
             self._models = models
-            names = [name for model in models for name in self._names(model)]
-            self._sender = PackedStates(self.publisher, names)
+            names = [link_names(model) if self._of_links else [model.name] for model in models]
+            self._sender = PackedStates(self.publisher, [*itertools.chain(*names)])
         return models
 
     def publish_recorded(self, world: World, motions: Sequence[Any], steps: Sequence[int]) -> None:
