@@ -82,7 +82,8 @@ def made(solver, scene, folder):
     model = world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.03)), str)
     world.step(round(SETTLE / world.time_step))
     names = model.joints.names
-    model.joints.drive_velocities(names, [SPEED if k % 2 else -SPEED for k in range(4)])
+    for name, speed in zip(names, [-SPEED, SPEED, -SPEED, SPEED]):
+        model.joints.motor(name).track_velocity(speed, model.joints.max_effort(name))
     world.step(STEPS)
     return world
 
@@ -131,8 +132,9 @@ def many_cars(threads):
         joints = world.spawn_urdf(
             f"car{number}", urdf, at, lambda uri: uri.replace("package://", f"{SOURCES}/")
         ).joints
-        wheels = [name for name in joints.names if "wheel" in name]
-        joints.drive_velocities(wheels, [SPEED if "left" in name else -SPEED for name in wheels])
+        for name in (name for name in joints.names if "wheel" in name):
+            speed = SPEED if "left" in name else -SPEED
+            joints.motor(name).track_velocity(speed, joints.max_effort(name))
     world.step(STEPS)
     return world
 

@@ -179,6 +179,7 @@ SUITES = {
         "gazebo_host",
         "plugins",
         "control",
+        "robots",
         "services",
         "",
     ),

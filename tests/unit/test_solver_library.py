@@ -29,6 +29,7 @@ if len(sys.argv) > 2:
 sys.path.append(sys.argv[1])
 import numpy as np
 import gazebo_states
+from driving import drive_velocities
 from bullet_sim.engine.api import Rays
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -45,7 +46,7 @@ for name in ("meshes on a mesh", "wheels push a can", "steering by effort"):
     model = world.spawn_urdf("bot", urdf.replace("{folder}", FOLDER), Pose((0, 0, height)),
                              lambda uri: uri[7:])
     world.spawn_sdf("ball", BALL, Pose((2.0, 0.3, 0.2)), str)
-    model.joints.drive_velocities(model.joints.names, [5.0] * len(model.joints.names))
+    drive_velocities(model.joints, model.joints.names, [5.0] * len(model.joints.names))
     for _ in range(5):
         world.step(60)
         bits.update(model.body.rows.tobytes())

@@ -287,14 +287,17 @@ def delete(bot):
 
 
 def test_a_deletion_during_a_load_leaves_nothing(bot, monkeypatch):
-    made = control.topics_of
+    of = control.ROS_SIDE.of
 
-    def overtaken(robot, spec):
-        topics = made(robot, spec)
-        delete(bot)
-        return topics
+    def overtaken(controller):
+        def make(*arguments):
+            topics = of(controller)(*arguments)
+            delete(bot)
+            return topics
 
-    monkeypatch.setattr(control, "topics_of", overtaken)
+        return make
+
+    monkeypatch.setattr(control.ROS_SIDE, "of", overtaken)
     assert not bot.load("drive")
     assert "/bot/drive/command" in bot.endpoints
     assert all(endpoint.closed for endpoint in bot.endpoints.values())

@@ -155,15 +155,15 @@ def test_a_pid_of_each_joint_can_be_tuned(bot):
 
 def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
     hardware = bot.model.manager.hardware
-    assert hardware.pid("spare").gains == PidGains(0.5)
-    assert hardware.pid("arm") is None
+    assert hardware.handles(["spare"])[0].gains_pid.gains == PidGains(0.5)
+    assert hardware.handles(["arm"])[0].gains_pid is None
     text = "\n".join(bot.log)
     assert "joint 'nose', which does not exist" in text
     assert "/bot/gazebo_ros_control/pid_gains/arm pid has no p; the gains are not used" in text
     bot.in_thread(
         lambda: bot.pid_servers["/bot/gazebo_ros_control/pid_gains/spare"].apply(PidGains(2.0))
     )
-    assert hardware.pid("spare").gains.p == 2.0
+    assert hardware.handles(["spare"])[0].gains_pid.gains.p == 2.0
 
 
 def test_sizes_of_four_steered_wheels_become_parameters(bot):

@@ -13,7 +13,7 @@ from bullet_bridge.transport.senders import sender
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.parts.outputs import ImageOutput
-from bullet_sim.plugins import drives, lidars
+from bullet_sim.plugins import drives
 from bullet_sim.plugins.cameras import CameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.plugins.custom import CustomSpec
@@ -77,9 +77,9 @@ def test_every_specification_has_a_plugin():
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }
-    # a scan in layers is that of its base, a user's own plugin has a class of its own
+    # a user's own plugin has a class of its own
     own = {kind for kind in ROS_SIDE if kind.__module__.startswith("bullet_sim.")}
-    assert kinds - shared - {lidars.LayeredScanSpec, CustomSpec} == own
+    assert kinds - shared - {CustomSpec} == own
 
 
 DEPTH = np.array([[1.0, np.nan], [2.0, 3.5]], np.float32)

@@ -7,6 +7,7 @@ from bullet_bridge.plugins import states as state_topics
 from bullet_bridge.plugins.states import METRICS_PERIOD, PerformanceTopic, StateTopics
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
+from driving import drive_velocities
 from fake_impl import fake_publishers
 from urdf_texts import joint, link, robot
 
@@ -108,7 +109,7 @@ JOINTED = robot(
 def test_all_links_at_once_are_as_one_by_one(topics, world):
     model = world.spawn_urdf("arms", JOINTED, Pose((0, 0, 1)), str)
     model.set_state(Pose((0, 0, 1)), (0.3, 0.2, 0.1), (0.5, -0.4, 0.3))
-    model.joints.drive_velocities(model.joints.names, (1.0, 2.0, 3.0))
+    drive_velocities(model.joints, model.joints.names, (1.0, 2.0, 3.0))
     world.step(20)
     motions = dict(zip(model.bodies, model.body_motions()))
     assert len(motions) == 4

@@ -51,7 +51,7 @@ class FakeJoints:
         """As Joints.motor."""
         return FakeMotor(self, name)
 
-    def apply_efforts(self, handles):
+    def apply_efforts(self, handles, computes=False):
         """Record."""
         self.applied = {handle.name: handle.effort for handle in handles}
 

@@ -7,6 +7,7 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import expected_slide, friction, ground, sdf_box, skid_base, slid, world_of
+from driving import drive_positions, drive_velocities
 from test_ode_solver import CAR, published, resolve, wheel_angles
 from test_world_state import push, stays, twin_box
 
@@ -30,9 +31,9 @@ def steer(car, steering, speed):
     curvature = math.tan(steering) / BASE
     for end, half, ahead in (("rear", REAR, 0.0), ("front", FRONT, BASE * curvature)):
         speeds = [speed / RADIUS * math.hypot(1 - curvature * y, ahead) for y in (half, -half)]
-        car.joints.drive_velocities([f"{side}_{end}_wheel_joint" for side in SIDES], speeds)
+        drive_velocities(car.joints, [f"{side}_{end}_wheel_joint" for side in SIDES], speeds)
     angles = wheel_angles(steering, BASE, FRONT)
-    car.joints.drive_positions([f"{side}_steering_hinge_joint" for side in SIDES], angles)
+    drive_positions(car.joints, [f"{side}_steering_hinge_joint" for side in SIDES], angles)
     return curvature
 
 

@@ -30,7 +30,7 @@ class Finger(FakeJoints):
         way = min(max(values[0] - self.position, -0.5 * STEP), 0.5 * STEP)
         self.velocity = way / STEP
 
-    def apply_efforts(self, handles):
+    def apply_efforts(self, handles, computes=False):
         """Accelerate."""
         (finger,) = handles
         self.effort = finger.effort

@@ -9,6 +9,7 @@ import xacro
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_velocities
 
 SOURCES = Path(__file__).resolve().parents[2]
 CAR = SOURCES / "track_model" / "urdf" / "racecar.urdf.xacro"
@@ -48,7 +49,7 @@ def made(threads, cars=(), cans=()):
             lambda uri: uri.replace("package://", f"{SOURCES}/"),
         )  # fmt: skip
         wheels = [name for name in car.joints.names if "wheel" in name]
-        car.joints.drive_velocities(wheels, [20.0 + 3.0 * number + k for k in range(len(wheels))])
+        drive_velocities(car.joints, wheels, [20.0 + 3.0 * number + k for k in range(len(wheels))])
     for number, (x, y, z) in enumerate(cans):
         world.spawn_sdf(f"can{number}", CAN, Pose((x, y, z)), str)
     return world

@@ -18,6 +18,7 @@ from bullet_sim.description.model import Joint, SoftLimits
 from bullet_sim.engine.quickstep import law
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_velocities
 from fake_joints import limited_effort
 from urdf_texts import CONTROL, link, robot
 from urdf_texts import joint as hinge
@@ -132,7 +133,7 @@ def test_a_drive_plugin_sets_a_motor_whatever_the_limits(solver):
     model.joints.set_motor("axle", 6.0, 100.0)
     world.step(20)
     assert model.joints.state()[1]["axle"] == pytest.approx(6.0, rel=0.01)
-    model.joints.drive_velocities(("axle",), (6.0,))
+    drive_velocities(model.joints, ("axle",), (6.0,))
     world.step(200)
     assert model.joints.state()[1]["axle"] == pytest.approx(3.0, rel=0.01)
     world.close()
@@ -323,7 +324,7 @@ def test_a_position_that_a_pid_follows_moves_at_the_limit_of_speed():
     world, manager = controlled("position", limit, gains=gains)
     manager.command("c", [1.0])
     world.step(1000)
-    assert manager.hardware.pid("axle").target == pytest.approx(0.5, abs=1e-6)
+    assert manager.hardware.handles(["axle"])[0].gains_pid.target == pytest.approx(0.5, abs=1e-6)
     assert turned(world, 3000)[0] == pytest.approx(1.0, abs=1e-2)
     assert not manager.hardware.limited
     world.close()

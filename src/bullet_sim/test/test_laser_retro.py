@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.lidars import LayeredRays, RaySpec
+from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 
@@ -73,7 +73,7 @@ def test_without_any_there_are_none(world):
 
 def test_layers_have_them(world):
     spawn(world, "reflector", SHAPES["box"], (2.0, 0.0, 0.0), 127)
-    spec = LayeredRays("l", "l", samples=1, min_angle=0.0, max_angle=0.0, layers=3,
+    spec = RaySpec("l", "l", samples=1, min_angle=0.0, max_angle=0.0, layers=3,
                        min_elevation=-0.5, max_elevation=0.5)  # fmt: skip
     assert measured(world, LayeredLidar(spec))[1].tolist() == [0.0, 127.0, 0.0]
 

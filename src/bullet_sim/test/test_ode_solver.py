@@ -17,6 +17,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_positions, drive_velocities
 from urdf_texts import joint, robot
 
 SOURCES = Path(__file__).resolve().parents[2]
@@ -121,8 +122,8 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
             ahead = wheelbase * curvature if end == "front" else 0.0
             speeds = [speed / radius * math.hypot(1 - curvature * y, ahead) for y in (half, -half)]
             names = [f"{side}_{end}_wheel_joint" for side in ("left", "right")]
-            car.joints.drive_velocities(names, speeds)
-        car.joints.drive_positions(hinges, wheel_angles(steering, wheelbase, halves["front"]))
+            drive_velocities(car.joints, names, speeds)
+        drive_positions(car.joints, hinges, wheel_angles(steering, wheelbase, halves["front"]))
         drive(world, car, 2.0)
         way, turn = drive(world, car, 4.0)
         rate = math.radians(turn) / 4.0
@@ -130,8 +131,8 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
         assert rate == pytest.approx(speed * curvature, rel=0.005, abs=5e-4)
         middle = math.hypot(1.0, curvature * 0.081663)  # base_link is ahead of the rear axle
         assert way / 4.0 == pytest.approx(speed * middle, rel=0.01)
-    car.joints.drive_velocities(wheels, [0.0] * 4)
-    car.joints.drive_positions(hinges, [0.0, 0.0])
+    drive_velocities(car.joints, wheels, [0.0] * 4)
+    drive_positions(car.joints, hinges, [0.0, 0.0])
     drive(world, car, 2.0)
     assert drive(world, car, 10.0)[0] < 0.0005
 
@@ -141,10 +142,10 @@ def test_our_car_with_one_speed_for_all_wheels_turns_as_in_gazebo(world, heading
     """As the original teleoperator drives it: the wheels slip; Gazebo was recorded at heading 0."""
     car, wheels, hinges = our_car(world, heading)
     world.step(1000)
-    car.joints.drive_velocities(wheels, [20.0] * 4)
-    car.joints.drive_positions(hinges, [0.0, 0.0])
+    drive_velocities(car.joints, wheels, [20.0] * 4)
+    drive_positions(car.joints, hinges, [0.0, 0.0])
     assert drive(world, car, 4.0)[0] == pytest.approx(2.3577, rel=0.01)
-    car.joints.drive_positions(hinges, [0.3, 0.3])
+    drive_positions(car.joints, hinges, [0.3, 0.3])
     way, turn = drive(world, car, 4.0)
     assert way == pytest.approx(2.1498, rel=0.01)
     assert turn == pytest.approx(194.99, rel=0.01)
@@ -165,8 +166,8 @@ def test_our_truck_drives_as_in_gazebo_and_as_it_steers(world, trailer):
     for steering, recorded in ((0.0, 0.0), *TRUCK_TURNS):
         curvature = math.tan(steering) / wheelbase
         speeds = [speed / radius * (1 - curvature * y) for y in (half_track, -half_track)]
-        truck.joints.drive_velocities(axle, speeds)
-        truck.joints.drive_positions(steers, wheel_angles(steering, wheelbase, half_track))
+        drive_velocities(truck.joints, axle, speeds)
+        drive_positions(truck.joints, steers, wheel_angles(steering, wheelbase, half_track))
         drive(world, truck, 2.0)
         way, turn = drive(world, truck, 4.0)
         rate = math.radians(turn) / 4.0
@@ -204,7 +205,7 @@ def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
         text += joint(f"{side}_joint", "continuous", f"{side}_motor", side, f"0 {1.25 * y} 0")
     bot = spawn(world, f'<robot name="bot">{text}</robot>', Pose((0, 0, 0.146)), ground=True)
     world.step(100)
-    bot.joints.drive_velocities(("left_joint", "right_joint"), (0.0, 0.0))
+    drive_velocities(bot.joints, ("left_joint", "right_joint"), (0.0, 0.0))
     world.step(15000)
     assert bot.pose.position[2] == pytest.approx(0.1455, abs=1e-3)
     bot.body.set_velocity((0.0, 0.0, 0.0), (0.0, 1e-9, 0.0))
@@ -518,7 +519,7 @@ def test_batches_and_a_reset_do_not_matter(world):
     wheels = [name for name in car.joints.names if "wheel" in name]
 
     def story(batch):
-        car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
+        drive_velocities(car.joints, wheels, [10.0, 11.0, 12.0, 13.0])
         for _ in range(400 // batch):
             world.step(batch)
         return bits(world)

@@ -46,7 +46,7 @@ class OneJoint(FakeJoints):
         (name,) = self.names
         return {name: self.position}, {name: self.velocity}
 
-    def apply_efforts(self, handles):
+    def apply_efforts(self, handles, computes=False):
         """Record."""
         (joint,) = handles
         self.driven = joint.effort

@@ -10,6 +10,7 @@ from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from driving import drive_velocities
 from urdf_texts import joint, link, robot
 
 URDF = robot(
@@ -233,7 +234,7 @@ def test_the_time_step_changes_while_a_controlled_joint_turns(solver):
     world = World(solver=solver)
     plugin = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
     car = world.spawn_urdf("car", URDF.replace("</robot>", plugin), Pose(), str)
-    car.joints.drive_velocities(("axle",), (2.0,))
+    drive_velocities(car.joints, ("axle",), (2.0,))
     world.step(501)
     before = car.joints.positions_of(("axle",))[0]
     world.set_time_step(0.002)

@@ -451,10 +451,10 @@ def test_material_scripts():
     sections = read_script(SCRIPT.replace("1 diffuse", "1\ndiffuse"))
     materials = {section.name: section for section in sections}
     found = {name: look(complete(name, materials)) for name in materials}
-    assert (found["Base"].texture, found["Base"].diffuse) == ("", (1, 0, 0, 1))
+    assert (found["Base"].texture, found["Base"].color) == ("", (1, 0, 0, 1))
     assert found["Base"].finish.ambient == (0.1, 0.1, 0.1)
     grass = found["Park/Grass"]
-    assert (grass.texture, grass.diffuse) == ("grass.png", (0.2, 0.9, 0.2, 1.0))
+    assert (grass.texture, grass.color) == ("grass.png", (0.2, 0.9, 0.2, 1.0))
     assert found["Park/Pale"] == grass
 
 

@@ -76,7 +76,7 @@ def everything(world, manager):
     """All that tells one run from another, as text, which has the bits of floats."""
     engine, hardware = world.engine, manager.hardware
     pids = [pid for name in CONTROLLERS for pid in getattr(manager.get(name), "pids", ())]
-    pids += [hardware.pid("geared"), hardware.pid("lift")]
+    pids += [hardware.handles(["geared"])[0].gains_pid, hardware.handles(["lift"])[0].gains_pid]
     states = [
         (pid.error, pid.error_rate, pid.integral, pid.terms, pid.output, pid.last_error)
         for pid in pids

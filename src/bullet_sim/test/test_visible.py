@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bullet_sim.kinematics import matrices, quaternions
-from bullet_sim.plugins.lidars import LayeredRays, RaySpec
+from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from bullet_sim.world import World
@@ -133,7 +133,7 @@ def test_the_intensity_is_the_retro_of_the_visual(world, kind):
 
 def test_clouds_have_them(world):
     spawn(world, "m", (2.0, 0.0, 0.0), visual=shape(BOX, "<laser_retro>7</laser_retro>"))
-    spec = LayeredRays("l", "l", samples=1, min_angle=0.0, max_angle=0.0, layers=3,
+    spec = RaySpec("l", "l", samples=1, min_angle=0.0, max_angle=0.0, layers=3,
                        min_elevation=-0.5, max_elevation=0.5, sees_visuals=True)  # fmt: skip
     ranges, found = seen(world, spec, LayeredLidar)
     assert ranges[1] == pytest.approx(1.5) and found.tolist() == [0.0, 7.0, 0.0]

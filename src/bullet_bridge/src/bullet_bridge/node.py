@@ -124,11 +124,8 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
         ValueError: names the parameter, the value and what is valid.
     """
     given: dict[str, Any] = {
-        "solver": os.environ.get("PADDOCK_SOLVER") or Config.solver,
-        "fixed_joints": os.environ.get("PADDOCK_FIXED_JOINTS") or Config.fixed_joints,
-        "niceness": os.environ.get("PADDOCK_NICENESS") or Config.niceness,
-        "missing_packages": os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages,
-        "massless_links": os.environ.get("PADDOCK_MASSLESS_LINKS") or Config.massless_links,
+        name: os.environ.get(f"PADDOCK_{name.upper()}") or getattr(Config, name)
+        for name in ("solver", "fixed_joints", "niceness", "missing_packages", "massless_links")
     }
     for name, default in LIMITS.items():
         given[f"max_{name}"] = os.environ.get(variable_of(name)) or default
@@ -301,14 +298,11 @@ def advertise_views(world: World, jobs: JobQueue, server: Server) -> None:
     advertise_json("~contacts", jobs, views.contacts)
 
 
-def quality_of(config: Config) -> Quality:
-    return Quality(config.shadows, config.antialias)
-
-
 def make_cameras(world: World, config: Config) -> Cameras:
     """The Cameras, with labels where they are requested."""
     wait = config.lockstep or config.every_picture
-    cameras = Cameras(config.renderer, wait, quality_of(config), lambda: world.scene)
+    quality = Quality(config.shadows, config.antialias)
+    cameras = Cameras(config.renderer, wait, quality, lambda: world.scene)
     if config.labels:
         cameras.publish_labels(lambda: {m.source.key: m.name for m in world.models.values()})
     return cameras

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -132,9 +131,6 @@ def log_warnings(warnings: Sequence[str], model: str = "") -> None:
     if len(lines) < len(warnings):
         for warning in warnings[:MOST_DETAILS]:
             _details.info("%s", _with_name(warning, model))
-
-
-_MODEL = re.compile(r"model://([^/\s']+)")
 
 
 def _with_name(line: str, model: str) -> str:

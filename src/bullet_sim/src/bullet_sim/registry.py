@@ -5,15 +5,36 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterable
-from typing import Any, Generic, TypeVar
+from typing import Any, Dict, Generic, TypeVar
 
 T = TypeVar("T")
+E = TypeVar("E")
 
 
 def load_files(package: str, folders: Iterable[str]) -> None:
     """Import each module of a package's folders, its __path__, which enters what it has."""
     for module in pkgutil.iter_modules(folders):
         importlib.import_module(f"{package}.{module.name}")
+
+
+class ByClass(Dict[type, T]):
+    """What stands for the objects of classes, and of subclasses that have nothing of their own."""
+
+    def enter(self, *classes: type) -> Callable[[E], E]:
+        """Decorator that enters what stands for classes."""
+
+        def decorate(entry: Any) -> Any:
+            self.update(dict.fromkeys(classes, entry))
+            return entry
+
+        return decorate
+
+    def of(self, item: object) -> T:
+        """What stands for an object; KeyError: nothing does."""
+        for base in type(item).__mro__:
+            if base in self:
+                return self[base]
+        raise KeyError(type(item))
 
 
 class Registry(Generic[T]):

@@ -4,33 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from bullet_sim.controllers import Controller, drive, joint
 from bullet_sim.controllers.trajectory import TrajectoryControl
 from bullet_sim.errors import SimError
 from bullet_sim.parts.outputs import BaseOutput, JointStatesOutput, Output, Sender
 from bullet_sim.parts.schedule import NEVER, SubscribedSchedule
+from bullet_sim.registry import ByClass
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.manager import Manager
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
-T = TypeVar("T", bound="Topics")
-
-# Class of a controller -> the Topics of it and its subclasses.
-TOPICS: dict[type[Controller], type[Topics]] = {}
-
-
-def topics_for(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
-    """Decorator that enters Topics for classes of controllers."""
-
-    def enter(topics: type[T]) -> type[T]:
-        TOPICS.update(dict.fromkeys(controllers, topics))
-        return topics
-
-    return enter
+TOPICS: ByClass[type[Topics]] = ByClass()  # of classes of controllers
+topics_for = TOPICS.enter
 
 
 class Robot:
@@ -66,8 +55,7 @@ class Robot:
     def add(self, name: str) -> Topics:
         """Make the topics of a loaded controller."""
         controller = self.manager.get(name)
-        kinds = type(controller).__mro__
-        topics = next(TOPICS[base] for base in kinds if base in TOPICS)(self, controller)
+        topics = TOPICS.of(controller)(self, controller)
         self._topics[name] = topics
         return topics
 

@@ -90,50 +90,27 @@ class ModelOrder(Stateful):
 
     The last bits of the engine's results depend on the order in which bodies were loaded, and
     programs that spawn models at the same time do so in any order.
+
+    Attributes:
+        of_file: names of the models that a world file contains, in its order.
+        fresh: no step was made since the start or the last reset.
+        changed, deleted: models were spawned or deleted; some were deleted, since they were sorted.
     """
 
-    STATE = ("_of_file", "_fresh", "_changed", "_deleted")
+    STATE = ("of_file", "fresh", "changed", "deleted")
 
     def __init__(self) -> None:
-        self._of_file: tuple[str, ...] = ()
-        self._fresh = True  # no step since the start or the last reset
-        self._changed = self._deleted = False  # models were spawned or deleted; deleted
-
-    def add_of_file(self, names: Iterable[str]) -> None:
-        """Add names of models that a world file contains, in its order."""
-        self._of_file += tuple(names)
-
-    def sorted(self, names: Iterable[str]) -> list[str]:
-        """Names in the order in which their models are loaded."""
-        first = {name: number for number, name in enumerate(self._of_file)}
-        return sorted(names, key=lambda name: (first.get(name, len(first)), name))
-
-    def spawned(self) -> None:
-        """Note that a model was spawned."""
-        self._changed = True
-
-    def deleted(self) -> None:
-        """Note that a model was deleted."""
-        self._changed = self._deleted = True
-
-    def stepped(self) -> None:
-        """Note that time has advanced: from now on models stay as they were loaded."""
-        self._fresh = False
+        self.of_file: tuple[str, ...] = ()
+        self.reset()
 
     def reset(self) -> None:
         """Note that all models were loaded into a cleared engine."""
-        self._fresh, self._changed, self._deleted = True, False, False
+        self.fresh, self.changed, self.deleted = True, False, False
 
-    def take_change(self) -> tuple[bool, bool]:
-        """What has happened to the models before the first step, since the last call.
-
-        Returns:
-            (whether models were spawned or deleted, whether some were deleted).
-        """
-        if not (self._fresh and self._changed):
-            return False, False
-        deleted, self._changed, self._deleted = self._deleted, False, False
-        return True, deleted
+    def sorted(self, names: Iterable[str]) -> list[str]:
+        """Names in the order in which their models are loaded."""
+        first = {name: number for number, name in enumerate(self.of_file)}
+        return sorted(names, key=lambda name: (first.get(name, len(first)), name))
 
 
 class World:
@@ -261,14 +238,13 @@ class World:
                     self._start(self.models[model.name], link, motion)
             for warning in list(model.warnings):
                 described.warnings.add(warning, warning.cause, warning.item)
-        self._order.add_of_file(
-            model.name for model, _ in described.models if model.name in self.models
-        )
+        names = (model.name for model, _ in described.models)
+        self._order.of_file += tuple(name for name in names if name in self.models)
         return list(described.warnings)
 
     def _start(self, model: Model, link: str, motion: LinkMotion) -> None:
         """Have a link start as a <state> says; links that are merged into others start as these."""
-        if model.is_static or link not in model.link_names or model.is_merged(link):
+        if model.is_static or link not in model.link_names or model.link_in_body(link)[0] != link:
             return
         steps = self.step_count, self.step_count + 1
         try:
@@ -328,7 +304,7 @@ class World:
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
             ) from error
         self.models[name], self._driven = model, None
-        self._order.spawned()
+        self._order.changed = True
         return model
 
     def model(self, name: str) -> Model:
@@ -350,7 +326,7 @@ class World:
         self.model(name).remove()
         del self.models[name]
         self._driven = None
-        self._order.deleted()
+        self._order.changed = self._order.deleted = True
 
     def attach(self, key: Any, model: str, link: str, other: str, other_link: str) -> None:
         """Hold a link of a model where it is now relative to one of another, see Engine.attach().
@@ -482,7 +458,7 @@ class World:
                     columns = engine.joint_columns(model.body, model.joints.names)
                     rows = recorded[:, :, columns]
                 manager.finish_steps(steps, time_step, rows)
-        self._order.stepped()
+        self._order.fresh = False  # from now on models stay as they were loaded
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD
             self._check()
@@ -565,8 +541,12 @@ class World:
         Returns:
             Whether models were reloaded.
         """
-        changed, deleted = self._order.take_change()
-        if not changed or not (self.sort_models() or deleted):
+        order = self._order
+        if not (order.fresh and order.changed):
+            return False
+        deleted = order.deleted
+        order.changed = order.deleted = False
+        if not (self.sort_models() or deleted):
             return False
         saved = [model.save_state() for model in self.models.values()]
         owners = {model.body.number: model for model in self.models.values()}

@@ -29,7 +29,7 @@ from control_msgs.msg import (
 from control_msgs.srv import QueryTrajectoryState, QueryTrajectoryStateResponse
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bullet_bridge.control.topics import Commands, Robot, Topics, ros_side
+from bullet_bridge.control.topics import Commands, Topics, ros_side
 from bullet_bridge.transport.conversions import stamp
 
 STATUS_PERIOD = 0.2  # [s] of wall time, as actionlib's without its parameter
@@ -188,7 +188,7 @@ def _point(motion: Motion) -> JointTrajectoryPoint:
 class Trajectories(GoalTopics, Commands):
     """trajectory_msgs/JointTrajectory on command, control_msgs/FollowJointTrajectory as action."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         controller.clock = lambda: robot.world.time
         self._state = self.publisher(f"{self.name}/state", JointTrajectoryControllerState)
@@ -291,7 +291,7 @@ class Trajectories(GoalTopics, Commands):
 class Gripper(GoalTopics):
     """control_msgs/GripperCommand as action gripper_cmd."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         self._serve("gripper_cmd", GripperCommandAction)
 

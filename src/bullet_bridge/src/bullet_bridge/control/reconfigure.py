@@ -62,16 +62,11 @@ class PidServers:
         with self._lock:
             self._servers.setdefault(owner, []).append(server)
 
-    def take(self, owner: str) -> list[ValuesServer]:
-        """Servers of an owner, which the caller closes."""
+    def take(self, *owners: str) -> list[ValuesServer]:
+        """Servers of owners, by default of all, which the caller closes."""
         with self._lock:
-            return self._servers.pop(owner, [])
-
-    def take_all(self) -> list[ValuesServer]:
-        """All servers, which the caller closes."""
-        with self._lock:
-            servers, self._servers = self._servers, {}
-        return [server for of_owner in servers.values() for server in of_owner]
+            names = owners or tuple(self._servers)
+            return [server for name in names for server in self._servers.pop(name, ())]
 
 
 def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Callable[[], None]:

@@ -17,7 +17,7 @@ from std_msgs.msg import Bool
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
 from bullet_bridge.control.reconfigure import PidServers, set_hardware
 from bullet_bridge.control.services import ControllerServices
-from bullet_bridge.control.topics import Topics, topics_of
+from bullet_bridge.control.topics import ROS_SIDE, Topics
 from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
@@ -122,7 +122,7 @@ class RobotControl(control.Robot):
             self._log_once(rospy.logwarn, warning, warning)
         try:
             with all_or_none():
-                topics = topics_of(self, controller)
+                topics = ROS_SIDE.of(controller)(self, controller)
             if not self._run_job(lambda: self._register(name, topics)):
                 topics.close()
                 self._unload(name)
@@ -254,5 +254,5 @@ class RobotControl(control.Robot):
             emergency.unregister()
         for of_controller in topics.values():
             of_controller.close()
-        for server in self._pid_servers.take_all():
+        for server in self._pid_servers.take():
             server.close()

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.controllers.base import INTERFACES
+from bullet_sim.controllers import CONTROLLERS
+from bullet_sim.controllers.interfaces import INTERFACES
 from controller_manager_msgs import srv
 from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
 
@@ -104,7 +105,7 @@ class ControllerServices:
         return response
 
     def _types(self, _: Any) -> srv.ListControllerTypesResponse:
-        types = sorted(self._manager.types())
+        types = sorted(CONTROLLERS.names())
         return srv.ListControllerTypesResponse(
             types=types, base_classes=["controller_interface::ControllerBase"] * len(types)
         )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
 from bullet_sim.controllers.drive_settings import DriveConfig
 from bullet_sim.parts.outputs import Output
 from bullet_sim.parts.schedule import SubscribedSchedule
+from bullet_sim.registry import ByClass
 from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import TwistStamped
@@ -30,15 +31,7 @@ from bullet_sim import robots as control
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
-    from bullet_sim.controllers.manager import Manager
     from bullet_sim.controllers.pid import Pid, PidGains
-    from bullet_sim.models.model import Model
-    from bullet_sim.world import World
-
-    from bullet_bridge.loop.received import ReceivedCounts
-
-
-Result = TypeVar("Result")
 
 
 def controller_state(time: float, sample: Sample, gains: PidGains) -> JointControllerState:
@@ -94,63 +87,17 @@ def four_wheel_state(
     return message
 
 
-def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
-    """geometry_msgs/TwistStamped of a limited command."""
-    message = TwistStamped(header=header(time))
-    message.twist.linear.x, message.twist.angular.z = linear, angular
-    return message
-
-
-class Robot(Protocol):
-    """What topics need of a robot's RobotControl.
-
-    Attributes:
-        namespace: e.g. '/racecar'.
-        received: counts of the messages that came.
-        commands: by controller, for the next step; the latest replaces earlier ones.
-    """
-
-    namespace: str
-    world: World
-    model: Model
-    manager: Manager
-    received: ReceivedCounts
-    commands: dict[str, Any]
-
-    def call(self, work: Callable[[], Result]) -> Result:
-        """Result of a job of the simulation thread; what it raises is raised here."""
-
-
-T = TypeVar("T", bound="Topics")
-
-# Class of a controller -> the Topics of it and its subclasses.
-ROS_SIDE: dict[type[Controller], type[Topics]] = {}
-
-
-def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
-    """Decorator that enters Topics for classes of controllers."""
-
-    def enter(topics: type[T]) -> type[T]:
-        ROS_SIDE.update(dict.fromkeys(controllers, topics))
-        return topics
-
-    return enter
-
-
-def topics_of(robot: Robot, controller: Any) -> Topics:
-    """The Topics of a Controller: those of its class, or of the closest base that has some."""
-    return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
-        robot, controller
-    )
+ROS_SIDE: ByClass[type[Topics]] = ByClass()  # of classes of controllers
+ros_side = ROS_SIDE.enter
 
 
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
 
 class Topics(RosPart, control.Topics):
-    """Topics in ROS of one controller. The base class has none."""
+    """Topics in ROS of one controller, of a RobotControl. The base class has none."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         RosPart.__init__(self, robot.received)
         super(RosPart, self).__init__(robot, controller)
 
@@ -172,7 +119,7 @@ class JointStates(Topics, control.JointStates):
 class Commands(Topics, control.Commands):
     """Commands into a controller."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         for topic, (message, callback) in self.commands().items():
             kind = message_class(message)
@@ -183,7 +130,7 @@ class Commands(Topics, control.Commands):
 class PidCommands(Commands):
     """Commands, and the state topics of a controller with PIDs."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state: Any = None
@@ -216,7 +163,7 @@ class PidCommands(Commands):
 class Drive(Commands, control.Drive):
     """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         self._limited = None
         if self.config.publish_command:
@@ -239,7 +186,9 @@ class Drive(Commands, control.Drive):
     def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step and the limited command."""
         if self._limited is not None and self._limited_schedule.due(step):
-            self._limited.publish(limited_twist(time, *self.controller.limited))
+            message = TwistStamped(header=header(time))
+            message.twist.linear.x, message.twist.angular.z = self.controller.limited
+            self._limited.publish(message)
         super().publish(step, time)
 
 
@@ -267,7 +216,7 @@ _NEVER = 1e-9  # [Hz] a schedule's rate in place of 0
 class DiffDrive(Drive, control.DiffDrive):
     """Also parameters by dynamic_reconfigure, and what the wheels do."""
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
         self._wheels: Any = None
@@ -357,7 +306,7 @@ class FourWheelDrive(Drive):
     As upstream sizes that are measured in the URDF become parameters.
     """
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
         rospy.set_param(f"{self.name}/wheel_steering_y_offset", config.offset)
@@ -395,7 +344,7 @@ class Sensors(Topics):
     A joint's sensor has the joint's name.
     """
 
-    def __init__(self, robot: Robot, controller: Any) -> None:
+    def __init__(self, robot: Any, controller: Any) -> None:
         super().__init__(robot, controller)
         self._sensors, config = [], self.config
         for spec in robot.model.description.sensors:

@@ -44,14 +44,6 @@ def host_of(world: World) -> GazeboHost:
     return _hosts[0]
 
 
-def _columns(names: str) -> Array:
-    return np.array([getattr(layout, name) for name in names.split()], np.int32)
-
-
-def _is_of(spec: Any, sensor: Any) -> bool:
-    return isinstance(spec, CppSpec) and spec.sensor is sensor
-
-
 def _numbers(pose: Pose) -> Array:
     return np.array((*pose.position, *pose.orientation), float)
 
@@ -77,7 +69,8 @@ class GazeboHost:
         name = rospy.get_name().strip("/").replace("/", "_")
         library.check(library.open(master.encode(), f"{name}_cpp".encode()), "C++ plugins")
         library.check(library.world(texts.world_text(world).encode()), "Gazebo's world")
-        self._chosen = _columns(library.columns().decode())
+        columns = library.columns().decode().split()
+        self._chosen = np.array([getattr(layout, name) for name in columns], np.int32)
         self._rest = np.array((layout.REST_TIME, layout.REST_COUNT), float)
         self._models: tuple[Model, ...] = ()  # that Gazebo's world has
         self._static: dict[Model, Pose] = {}  # where it has those without rows
@@ -120,13 +113,14 @@ class GazeboHost:
         """Make a model's sensors, which its plugins may look for; gives why each is not made."""
         library, name, description = self._library, model.name, model.description
         for link, pose, element in description.sensor_elements:
-            plugins = [each for each in description.sensors if _is_of(each, element)]
+            specs = (spec for spec in description.sensors if isinstance(spec, CppSpec))
+            plugins = [spec for spec in specs if spec.sensor is element]
             if not plugins and element.get("type") in OF_RENDERER:
                 continue
             library.load_sensors()
-            texts_of = [each.text for each in plugins]
+            texts_of = [plugin.text for plugin in plugins]
             link, text = texts.sensor_text(model, link, pose, element, texts_of)
-            folders = ":".join(each.folder for each in plugins)
+            folders = ":".join(plugin.folder for plugin in plugins)
             arguments = name, link, text, folders
             if not library.load_sensor(*(each.encode() for each in arguments)):
                 yield id(element), library.error().decode(errors="replace")

@@ -10,6 +10,7 @@ from typing import Any
 
 import rospkg
 from bullet_sim.errors import SimError
+from bullet_sim.formats.resolve import listed
 from bullet_sim.plugins.cpp import Libraries
 
 from bullet_bridge.resolve import exported_folders
@@ -63,22 +64,18 @@ _OF_SENSORS = {"load_sensor": (ctypes.c_bool, [ctypes.c_char_p] * 4)}
 
 def library_folders(packages: rospkg.RosPack | None = None) -> Iterator[str]:
     """Folders in which Gazebo and the loader look for a plugin's library, in their order."""
-    yield from _listed("GAZEBO_PLUGIN_PATH")
+    yield from listed("GAZEBO_PLUGIN_PATH")
     yield from exported_folders(packages or rospkg.RosPack(), "plugin_path")
-    yield from _listed("LD_LIBRARY_PATH")
-    for prefix in _listed("CMAKE_PREFIX_PATH"):
+    yield from listed("LD_LIBRARY_PATH")
+    for prefix in listed("CMAKE_PREFIX_PATH"):
         yield os.path.join(prefix, "lib")
-    yield from _listed(OWN)
-
-
-def _listed(variable: str) -> list[str]:
-    return [folder for folder in os.environ.get(variable, "").split(":") if folder]
+    yield from listed(OWN)
 
 
 def find_host() -> str:
     """Path of HOST; '': it is not built."""
-    folders = [*_listed("LD_LIBRARY_PATH")]
-    folders += [os.path.join(prefix, "lib") for prefix in _listed("CMAKE_PREFIX_PATH")]
+    folders = [*listed("LD_LIBRARY_PATH")]
+    folders += [os.path.join(prefix, "lib") for prefix in listed("CMAKE_PREFIX_PATH")]
     paths = (os.path.join(folder, HOST) for folder in folders)
     return next((path for path in paths if os.path.exists(path)), "")
 

@@ -13,6 +13,7 @@ from bullet_sim.errors import SimError
 from bullet_sim.parts import base as parts
 from bullet_sim.parts.outputs import Output
 from bullet_sim.pose import Pose
+from bullet_sim.registry import ByClass
 from paddock_common.reconfigure import describe
 from rospy.impl.registration import get_topic_manager
 
@@ -21,21 +22,10 @@ from bullet_bridge.transport.publishing import all_or_none, check_type, note_end
 from bullet_bridge.transport.reconfigure import ValuesServer
 from bullet_bridge.transport.senders import message_class, sender
 
-P = TypeVar("P", bound="ModelPlugin")
 T = TypeVar("T")
 
-# Class of a specification -> the ModelPlugin that does it, and its subclasses.
-ROS_SIDE: dict[type, type[ModelPlugin]] = {}
-
-
-def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
-    """Decorator that enters a ModelPlugin for classes of specifications."""
-
-    def enter(plugin: type[P]) -> type[P]:
-        ROS_SIDE.update(dict.fromkeys(specs, plugin))
-        return plugin
-
-    return enter
+ROS_SIDE: ByClass[type[ModelPlugin]] = ByClass()  # of classes of specifications
+ros_side = ROS_SIDE.enter
 
 
 @dataclass(frozen=True)
@@ -59,11 +49,8 @@ def make_plugin(
     Args:
         plugin_class: None: that of the specification's class, or of its closest base.
     """
-    if plugin_class is None:
-        bases = type(context.spec).__mro__
-        plugin_class = next(ROS_SIDE[base] for base in bases if base in ROS_SIDE)
     with all_or_none():
-        plugin = plugin_class(context)
+        plugin = (plugin_class or ROS_SIDE.of(context.spec))(context)
         plugin.reset(context.world.time)
         plugin.listen()
     return plugin
@@ -128,7 +115,12 @@ class RosPart:
             fields = {} if response is None else response
             return kind._response_class(**fields) if isinstance(fields, dict) else fields
 
-        self._offer(name, lambda: _ServiceEndpoint(rospy.Service(name, kind, handle)))
+        def make() -> Any:
+            made: Any = rospy.Service(name, kind, handle)
+            made.unregister = lambda: made.shutdown("its model is deleted")  # as a publisher
+            return made
+
+        self._offer(name, make)
 
     def reconfigure(
         self,
@@ -185,16 +177,6 @@ class Transforms:
             raise LookupError(str(error)) from error
         p, q = found.translation, found.rotation
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-
-class _ServiceEndpoint:
-    """A rospy.Service that is closed like a publisher."""
-
-    def __init__(self, service: Any) -> None:
-        self._service = service
-
-    def unregister(self) -> None:
-        self._service.shutdown("its model is deleted")
 
 
 class ModelPlugin(RosPart, parts.Part):

@@ -20,7 +20,7 @@ from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
 from bullet_sim.sensors import camera
 from paddock_common.reconfigure import describe
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import String
 
@@ -326,18 +326,7 @@ class TriggeredCameraSensor(CameraSensor, core.TriggeredCameraSensor):
 
 
 # PCL's layout of a point: x y z, 4 unused bytes, 3 bytes of color.
-_POINT = np.dtype(
-    {
-        "names": ["xyz", "color"],
-        "formats": ["(3,)<f4", "(3,)u1"],
-        "offsets": [0, 16],
-        "itemsize": 32,
-    }
-)
-_FIELDS = [
-    PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
-    for name, offset in (("x", 0), ("y", 4), ("z", 8), ("rgb", 16))
-]
+_POINT, _FIELDS = conversions.point_layout(32, ("rgb", 16, "(3,)u1"))
 
 
 class PointClouds:
@@ -365,7 +354,7 @@ class PointClouds:
             self._data = np.zeros(depth.shape, _POINT)
         data = self._data
         camera.points(depth, self._k, data["xyz"])
-        data["color"] = colors.reshape(*depth.shape, -1) if colors.dtype == np.uint8 else 0
+        data["rgb"] = colors.reshape(*depth.shape, -1) if colors.dtype == np.uint8 else 0
         if not spec.organized:
             data = data.reshape(1, -1)
         header = conversions.header(time, spec.frame_id)

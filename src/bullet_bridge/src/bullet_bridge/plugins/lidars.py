@@ -15,7 +15,7 @@ from bullet_sim.parts.outputs import PointsOutput
 from bullet_sim.plugins import lidars as core
 from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.lidar import PatternLidar
-from sensor_msgs.msg import PointCloud, PointCloud2, PointField
+from sensor_msgs.msg import PointCloud, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
@@ -23,26 +23,10 @@ from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedCloud
 from bullet_bridge.transport.senders import Converted, sends
 
-# velodyne_gazebo_plugins' layout of a point, 22 bytes.
-_POINT = np.dtype(
-    {
-        "names": ["xyz", "intensity", "ring", "time"],
-        "formats": ["(3,)<f4", "<f4", "<u2", "<f4"],
-        "offsets": [0, 12, 16, 18],
-        "itemsize": 22,
-    }
+# velodyne_gazebo_plugins' layout of a point.
+_POINT, _FIELDS = conversions.point_layout(
+    22, ("intensity", 12, "<f4"), ("ring", 16, "<u2"), ("time", 18, "<f4")
 )
-_FIELDS = [
-    PointField(name=name, offset=offset, datatype=datatype, count=1)
-    for name, offset, datatype in (
-        ("x", 0, PointField.FLOAT32),
-        ("y", 4, PointField.FLOAT32),
-        ("z", 8, PointField.FLOAT32),
-        ("intensity", 12, PointField.FLOAT32),
-        ("ring", 16, PointField.UINT16),
-        ("time", 18, PointField.FLOAT32),
-    )
-]
 
 
 def velodyne_cloud(
@@ -81,24 +65,10 @@ def _points(part: Any, output: PointsOutput) -> Any:
 
 
 # livox_laser_simulation's layouts of a point.
-_XYZ = np.dtype({"names": ["xyz"], "formats": ["(3,)<f4"], "offsets": [0], "itemsize": 16})
-_XYZRTL = np.dtype(
-    {
-        "names": ["xyz", "reflectivity", "tag", "line"],
-        "formats": ["(3,)<f4", "<f4", "u1", "u1"],
-        "offsets": [0, 16, 20, 21],
-        "itemsize": 32,
-    }
+_XYZ, _XYZ_FIELDS = conversions.point_layout(16)
+_XYZRTL, _XYZRTL_FIELDS = conversions.point_layout(
+    32, ("reflectivity", 16, "<f4"), ("tag", 20, "u1"), ("line", 21, "u1")
 )
-_XYZ_FIELDS = _FIELDS[:3]
-_XYZRTL_FIELDS = _XYZ_FIELDS + [
-    PointField(name=name, offset=offset, datatype=datatype, count=1)
-    for name, offset, datatype in (
-        ("reflectivity", 16, PointField.FLOAT32),
-        ("tag", 20, PointField.UINT8),
-        ("line", 21, PointField.UINT8),
-    )
-]
 _MIN_XYZ = 0.1  # [m] of a point of the second kind of message
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time as wall
 from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
@@ -22,16 +23,12 @@ AT_REST = (0.0, 0.0, 0.0)
 METRICS_PERIOD = 0.2  # [s] wall time
 
 
-def root_motions(model: Model) -> Sequence[Motion]:
-    """Motion of a model, as the only one."""
-    if model.is_static:
-        return [(*model.body.pose(), AT_REST, AT_REST)]
-    return [model.motion()]
-
-
-def model_names(model: Model) -> list[str]:
-    """The name of a model in model_states, as the only one."""
-    return [model.name]
+def _outermost(model: Model, of_bodies: Sequence[Any]) -> Sequence[Any]:
+    """Of what there is of each body what is of no model inside a model."""
+    if not model.description.nested:
+        return of_bodies
+    scope = model.description.scope_of
+    return [of_body for body, of_body in zip(model.bodies, of_bodies) if not scope(body)]
 
 
 def link_names(model: Model) -> list[str]:
@@ -39,40 +36,25 @@ def link_names(model: Model) -> list[str]:
     return [f"{model.name}::{link}" for link in _outermost(model, model.bodies)]
 
 
-def _outermost(model: Model, of_bodies: Sequence[Any]) -> list[Any]:
-    """Of what there is of each body what is of no model inside a model."""
-    scope = model.description.scope_of
-    return [each for body, each in zip(model.bodies, of_bodies) if not scope(body)]
-
-
-def link_motions(model: Model) -> Sequence[Motion]:
-    """Motions of the links of link_names()."""
-    motions = model.body_motions()
-    if not model.description.nested:
-        return motions
-    return _outermost(model, motions)
-
-
 class StateTopic:
     """One of the topics about all models.
 
     Args:
         message_type: ModelStates or LinkStates.
-        names: function of a Model: the names that it has in the message.
-        motions: function of a Model: their motions.
     """
 
-    def __init__(
-        self,
-        topic: str,
-        message_type: type,
-        names: Callable[[Model], list[str]],
-        motions: Callable[[Model], Sequence[Motion]],
-    ) -> None:
+    def __init__(self, topic: str, message_type: type) -> None:
         self.publisher = publisher(topic, message_type)
-        self._names, self._motions = names, motions
+        self._of_links = message_type is LinkStates
         self._models: list[Model] = []
         self._sender = PackedStates(self.publisher, [])
+
+    def _motions(self, model: Model) -> Sequence[Motion]:
+        if self._of_links:
+            return _outermost(model, model.body_motions())
+        if model.is_static:
+            return [(*model.body.pose(), AT_REST, AT_REST)]
+        return [model.motion()]
 
     def publish(self, world: World) -> None:
         models = self._present(world)
@@ -83,8 +65,8 @@ class StateTopic:
         models = list(world.models.values())
         if models != self._models:
             self._models = models
-            names = [name for model in models for name in self._names(model)]
-            self._sender = PackedStates(self.publisher, names)
+            names = [link_names(model) if self._of_links else [model.name] for model in models]
+            self._sender = PackedStates(self.publisher, [*itertools.chain(*names)])
         return models
 
     def publish_recorded(self, world: World, motions: Sequence[Any], steps: Sequence[int]) -> None:
@@ -93,10 +75,10 @@ class StateTopic:
         Args:
             motions: of each model, of it and of its bodies, see Model.recorded_motions().
         """
-        found = []
+        chosen: list[Any] = []
         for model, (of_model, *of_bodies) in zip(self._present(world), motions):
-            found += [of_model] if self._names is model_names else _outermost(model, of_bodies)
-        self._sender.send_states(found, len(steps), world.recorded(steps))
+            chosen += _outermost(model, of_bodies) if self._of_links else [of_model]
+        self._sender.send_states(chosen, len(steps), world.recorded(steps))
 
 
 class StateTopics:
@@ -112,8 +94,8 @@ class StateTopics:
     def __init__(self, prefix: str, world: World, rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
-            StateTopic(f"{prefix}/model_states", ModelStates, model_names, root_motions),
-            StateTopic(f"{prefix}/link_states", LinkStates, link_names, link_motions),
+            StateTopic(f"{prefix}/model_states", ModelStates),
+            StateTopic(f"{prefix}/link_states", LinkStates),
         ]
         self.restart()
 

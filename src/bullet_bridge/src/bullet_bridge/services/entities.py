@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.pose import Array, Pose
 
-from bullet_bridge.loop.received import ReceivedCounts
-
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
-
-    from bullet_bridge.control.robot import RobotControl
-    from bullet_bridge.plugins.base import ModelPlugin
 
 WORLD_FRAMES = ("", "world", "map", "/map")
 LISTED = 30  # names in an error message
@@ -39,34 +34,6 @@ class Frame:
             rotation @ (linear - self.linear),
             rotation @ (angular - self.angular),
         )
-
-
-class ConnectedModels(Protocol):
-    """What services use of bullet_bridge.robots.Robots."""
-
-    received: ReceivedCounts
-    extensions: Any
-
-    def connect(self, model: Model, namespace: str = "") -> None:
-        """Create a model's services and topics; called outside the simulation thread."""
-
-    def disconnect(self, name: str) -> list[Any]:
-        """Remove a model; returns its parts, which the caller closes (simulation thread)."""
-
-    def skipped(self, model: Model) -> list[str]:
-        """Messages about what a model does without."""
-
-    def parts_of(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
-        """Plugins and RobotControl of a model."""
-
-    def sensor_counts(self) -> dict[str, int]:
-        """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
-
-    def camera_names(self) -> set[str]:
-        """Names of the cameras among them."""
-
-    def show_scene(self) -> None:
-        """Show the world's present lights in the images."""
 
 
 @dataclass(frozen=True)

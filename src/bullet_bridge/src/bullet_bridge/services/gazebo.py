@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.server import Server
-    from bullet_bridge.services.entities import ConnectedModels
+    from bullet_bridge.robots import Robots
 
 
 class GazeboServices:
@@ -32,7 +32,7 @@ class GazeboServices:
         self,
         world: "World",
         jobs: "JobQueue",
-        robots: "ConnectedModels",
+        robots: "Robots",
         server: "Server",
         resolve: "Resolve",
         states_rate: float = 0.0,

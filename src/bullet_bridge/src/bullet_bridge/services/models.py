@@ -19,7 +19,7 @@ from bullet_sim.xml_reader import Node
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
-from bullet_bridge.services.entities import ConnectedModels, find_frame, find_model
+from bullet_bridge.services.entities import find_frame, find_model
 from bullet_bridge.services.handlers import (
     NO_FRAME,
     Refusal,
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.server import Server
+    from bullet_bridge.robots import Robots
 
 
 READING = 0.5  # wall time [s] for which time waits for the reading of a model, at most
@@ -69,7 +70,7 @@ class ModelServices:
         prefix: str,
         world: World,
         jobs: JobQueue,
-        robots: ConnectedModels,
+        robots: Robots,
         resolve: Resolve,
         server: Server,
         missing_package: Callable[[str], str | None] = lambda text: None,
@@ -101,14 +102,8 @@ class ModelServices:
         """
         pose, name = pose_from_msg(request.initial_pose), request.model_name
         text = SpawnText.read(request.model_xml, request.robot_namespace)
-        if urdf and text.kind != "urdf":
-            error = f"{SPAWN}Failure - entity format is invalid."
-            rospy.logerr("%s (the root of '%s' is <%s>, not <robot>)", error, name, text.tag)
-            raise rospy.ServiceException(error)
-        missing = self._missing_package(request.model_xml) if urdf else None
-        if missing is not None:
-            rospy.logfatal("Package[%s] does not have a path", missing)
-            raise rospy.ServiceException(f"urdf reference package name does not exist: {missing}")
+        if urdf:
+            self._check_urdf(request, text)
 
         def check() -> Pose:
             with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
@@ -128,9 +123,10 @@ class ModelServices:
             model = self._world.spawn(described, check() * origin)
             return model, self._server.hold()
 
+        spawned = srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
         if text.kind == "light":
             self._jobs.call(add_light)
-            return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
+            return spawned
         reading = self._jobs.read(begin)
         try:
             described, origin = self._read(name, text)
@@ -146,7 +142,18 @@ class ModelServices:
             self._jobs.read(lambda: find_model(self._world, name))
         except SimError as error:  # for which Gazebo's client waits 10 s
             raise SimError(f"{NOT_SPAWNED}{name}: '{model.name}' is there; {error}") from error
-        return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
+        return spawned
+
+    def _check_urdf(self, request: Any, text: SpawnText) -> None:
+        """Raise a rospy.ServiceException where a text is no URDF, or names a missing package."""
+        if text.kind != "urdf":
+            error, name = f"{SPAWN}Failure - entity format is invalid.", request.model_name
+            rospy.logerr("%s (the root of '%s' is <%s>, not <robot>)", error, name, text.tag)
+            raise rospy.ServiceException(error)
+        missing = self._missing_package(request.model_xml)
+        if missing is not None:
+            rospy.logfatal("Package[%s] does not have a path", missing)
+            raise rospy.ServiceException(f"urdf reference package name does not exist: {missing}")
 
     def _read(self, name: str, text: SpawnText) -> tuple[ModelDescription, Pose]:
         """Description of a model and its own pose; its files are read, too, so that the simulation

@@ -185,24 +185,21 @@ class PhysicsServices:
         self, prefix: str, jobs: JobQueue, server: Server, properties: PhysicsProperties
     ) -> None:
         self._jobs, self._server, self._properties = jobs, server, properties
-        empty: dict[str, Callable[[], Any]] = {
-            "pause_physics": lambda: server.set_paused(True),
-            "unpause_physics": lambda: server.set_paused(False),
-            "reset_simulation": lambda: server.reset(),
-            "reset_world": lambda: server.reset_models(),
-            "restart": lambda: server.reset(fresh=True),
-        }
-        for name, job in empty.items():
-            self._add_empty(f"{prefix}/{name}", job)
+
+        def offer_empty(name: str, job: Callable[[], Any]) -> None:
+            handler = empty_service_handler(lambda _: jobs.call(job))
+            rospy.Service(f"{prefix}/{name}", Empty, handler)
+
+        offer_empty("pause_physics", lambda: server.set_paused(True))
+        offer_empty("unpause_physics", lambda: server.set_paused(False))
+        offer_empty("reset_simulation", lambda: server.reset())
+        offer_empty("reset_world", lambda: server.reset_models())
+        offer_empty("restart", lambda: server.reset(fresh=True))
         offer(
             prefix,
             ("get_physics_properties", srv.GetPhysicsProperties, self._get),
             ("set_physics_properties", srv.SetPhysicsProperties, self._set),
         )
-
-    def _add_empty(self, name: str, job: Callable[[], Any]) -> None:
-        """Service with an empty request and response that runs a job."""
-        rospy.Service(name, Empty, empty_service_handler(lambda _: self._jobs.call(job)))
 
     def _get(self, _: Any) -> srv.GetPhysicsPropertiesResponse:
         now = self._jobs.read(self._properties.read)

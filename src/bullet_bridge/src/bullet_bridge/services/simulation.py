@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.received import ReceivedCounts, Taken
     from bullet_bridge.loop.server import Server, Steps
-    from bullet_bridge.services.entities import ConnectedModels
+    from bullet_bridge.robots import Robots
 
 
 class StateServices:
@@ -92,7 +92,7 @@ class Describer:
     def __init__(
         self,
         world: World,
-        robots: ConnectedModels,
+        robots: Robots,
         described: WorldDescription | None = None,
     ) -> None:
         self._world, self._robots = world, robots

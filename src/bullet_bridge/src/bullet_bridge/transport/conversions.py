@@ -9,7 +9,7 @@ import rospy
 from bullet_sim.pose import Array, Pose, Vector
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import TransformStamped, Twist
-from sensor_msgs.msg import CameraInfo, PointCloud2
+from sensor_msgs.msg import CameraInfo, PointCloud2, PointField
 from std_msgs.msg import Header
 
 from bullet_bridge.transport.packed import to_sec_nsec
@@ -82,6 +82,30 @@ def camera_info(spec: Any, arrays: tuple[Array, Array, Array, Array]) -> CameraI
         message.D, message.R = [], [0.0] * 9
     message.header.frame_id = spec.frame_id
     return message
+
+
+_DATATYPES = {
+    "<f4": PointField.FLOAT32,
+    "<u2": PointField.UINT16,
+    "u1": PointField.UINT8,
+    "(3,)u1": PointField.FLOAT32,  # PCL's color
+}
+
+
+def point_layout(size: int, *fields: tuple[str, int, str]) -> tuple[Any, list[PointField]]:
+    """NumPy's type of a point of a PointCloud2, whose x, y, z it has as 'xyz', and its fields.
+
+    Args:
+        size: of a point [bytes].
+        fields: name, offset [bytes] and NumPy's type of what follows x, y, z.
+    """
+    names, offsets, formats = zip(("xyz", 0, "(3,)<f4"), *fields)
+    kind = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size})
+    rows = [("x", 0, "<f4"), ("y", 4, "<f4"), ("z", 8, "<f4"), *fields]
+    return kind, [
+        PointField(name=name, offset=offset, datatype=_DATATYPES[of], count=1)
+        for name, offset, of in rows
+    ]
 
 
 def cloud(header: Header, data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:

@@ -9,6 +9,8 @@ from typing import Any
 import roslib.message
 from bullet_sim.parts import outputs
 from bullet_sim.parts.outputs import Output
+from bullet_sim.registry import ByClass
+from gazebo_msgs.msg import ContactsState
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image, Imu, JointState, LaserScan, NavSatFix
 from tf2_msgs.msg import TFMessage
@@ -16,6 +18,7 @@ from tf2_msgs.msg import TFMessage
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import (
     PackedBase,
+    PackedContacts,
     PackedImage,
     PackedImu,
     PackedJointState,
@@ -24,7 +27,8 @@ from bullet_bridge.transport.packed import (
 )
 
 # Class of an Output -> function of a RosPart and the Output that makes what sends it.
-SENDERS: dict[type[Output], Callable[[Any, Any], Any]] = {}
+SENDERS: ByClass[Callable[[Any, Any], Any]] = ByClass()
+sends = SENDERS.enter
 
 
 def message_class(message: Any) -> Any:
@@ -34,17 +38,7 @@ def message_class(message: Any) -> Any:
 
 def sender(part: Any, output: Output) -> Any:
     """What sends an Output on the topics of a RosPart."""
-    return SENDERS[type(output)](part, output)
-
-
-def sends(kind: type[Output]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorator that enters a function which makes senders of a class of Output."""
-
-    def enter(make: Callable[..., Any]) -> Callable[..., Any]:
-        SENDERS[kind] = make
-        return make
-
-    return enter
+    return SENDERS.of(output)(part, output)
 
 
 class Converted:
@@ -99,6 +93,11 @@ def _transforms(part: Any, output: outputs.TransformsOutput) -> Converted:
         return TFMessage([conversions.transform_to_msg(time, *each) for each in transforms])
 
     return Converted(part.publisher(output.topic, TFMessage, relayed=output.relayed), convert)
+
+
+@sends(outputs.ContactsOutput)
+def _contacts(part: Any, output: outputs.ContactsOutput) -> PackedContacts:
+    return PackedContacts(part.publisher(output.topic, ContactsState), output.frame_id)
 
 
 @sends(outputs.ScanOutput)

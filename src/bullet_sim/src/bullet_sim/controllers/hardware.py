@@ -141,10 +141,6 @@ class Hardware(Stateful):
         else:
             handle.gains_pid.gains = gains
 
-    def pid(self, joint: str) -> Pid | None:
-        """The Pid of a joint with gains, or None."""
-        return self._handles[joint].gains_pid if joint in self._handles else None
-
     # commands ---------------------------------------------------------------------------------
     def list_acting(self) -> None:
         """List anew the joints on which an effort acts."""
@@ -214,13 +210,10 @@ class Hardware(Stateful):
         """
         if not self.acting:
             return []
-        if not computes:
-            for joint in self.acting:
-                if joint.is_regulated:
-                    joint.regulate(period)
-        if computes:
-            return self.joints.apply_efforts(self.acting, True) or []
-        return self.joints.apply_efforts(self.acting) or []
+        for joint in () if computes else self.acting:
+            if joint.is_regulated:
+                joint.regulate(period)
+        return self.joints.apply_efforts(self.acting, computes) or []
 
     def take_steps(self, recorded: Array, rows: Iterable[EffortRow]) -> None:
         """An engine has made steps with such rows, and computed PIDs.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers import CONTROLLERS, Controller, configure
+from bullet_sim.controllers import Controller, configure
 from bullet_sim.controllers.base import MAX_STEPS
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
 from bullet_sim.controllers.interfaces import register
@@ -59,11 +59,6 @@ class Manager(Stateful):
         self.time = self._since = 0.0
         self._due = True
         self.on_failure: Callable[[str, Exception], None] | None = None
-
-    @staticmethod
-    def types() -> list[str]:
-        """Names of all controller types."""
-        return list(CONTROLLERS.names())
 
     def load(self, name: str, values: Any) -> Any:
         """Check and add a controller, stopped.

@@ -72,12 +72,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = T
         is_rigid: merge those of an SDF, too, and have what they hold in the world never move.
     """
     is_rigid = is_rigid or model.static or not as_in_gazebo
-    given = model.links
-    model = in_world(model) if is_rigid else on_joints(model, as_created(model))
-    if model.loose and (model.static or not as_in_gazebo):
-        model = _with_loose_links_fixed(model)
-    if not as_in_gazebo:
-        model = _without_loops(_without_threads(model))
+    given, model = model.links, _prepared(model, as_in_gazebo, is_rigid)
     frames = {root: (root, Pose()) for root in model.loose}
     links = {root: _copy(model.links[root]) for root in model.loose}
     frames[model.root] = model.root, model.root_pose
@@ -99,17 +94,11 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = T
             remaining = _without_anchor(joint, parent, pose, welded)
             (welds if welded else joints).append(remaining)
     if not model.static:
-        for joint in (each for each in model.joints.values() if each.closes):
-            parent, pose = frames.get(joint.parent, (joint.parent, Pose()))
-            child, inside = frames[joint.child]
-            welded = joint.kind == "fixed" and not joint.holds
-            closing = _without_anchor(joint, parent, pose, welded)
-            closing.child, closing.anchor = child, inside * joint.anchor
-            if parent != child:
+        for joint in (joint for joint in model.joints.values() if joint.closes):
+            closing = _closing(joint, frames)
+            if closing.parent != closing.child:
                 (welds if joint.kind == "fixed" else joints).append(closing)
         for link in links.values():
-            if model.fixed_base and link.name == model.root and link.mass <= 0:
-                link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
             _repair_inertia(link, model, as_in_gazebo)
     order = {name: number for number, name in enumerate(model.joints)}
     joints.sort(key=lambda joint: order[joint.name])
@@ -126,6 +115,23 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = T
     return LumpedModel(
         links, tuple(joints), model.root, frames, tuple(welds), loose, gears, model.fixed_base
     )
+
+
+def _prepared(model: ModelDescription, as_in_gazebo: bool, is_rigid: bool) -> ModelDescription:
+    """A model of what a solver knows, before links are merged; arguments of lump()."""
+    model = in_world(model) if is_rigid else on_joints(model, as_created(model))
+    if model.loose and (model.static or not as_in_gazebo):
+        model = _with_loose_links_fixed(model)
+    return model if as_in_gazebo else _without_loops(_without_threads(model))
+
+
+def _closing(joint: Joint, frames: Mapping[str, tuple[str, Pose]]) -> Joint:
+    """A joint that closes a loop, between links that remain, which may be the same."""
+    parent, pose = frames.get(joint.parent, (joint.parent, Pose()))
+    child, inside = frames[joint.child]
+    closing = _without_anchor(joint, parent, pose, joint.kind == "fixed" and not joint.holds)
+    closing.child, closing.anchor = child, inside * joint.anchor
+    return closing
 
 
 def _without_anchor(joint: Joint, parent: str, pose: Pose, welded: bool) -> Joint:
@@ -403,6 +409,8 @@ def _shift(mass: float, arm: Array) -> Array:
 
 
 def _repair_inertia(link: Link, model: ModelDescription, as_in_gazebo: bool) -> None:
+    if model.fixed_base and link.name == model.root and link.mass <= 0:
+        link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
     given = link.mass > 0 and np.isfinite(link.inertia).all()
     if link.mass <= 0:
         model.warn(

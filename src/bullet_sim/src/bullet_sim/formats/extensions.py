@@ -99,11 +99,23 @@ def model_element(elements: Iterable[Node], robot: Node) -> Node:
 
 
 def collision_element(elements: Iterable[Node], robot: Node) -> Node:
-    """The <collision> of a link's shapes, without <pose> and <geometry>, which are the file's."""
-    made = _Collision(robot)
+    """The <collision> of a link's shapes, without <pose> and <geometry>, which are the file's.
+
+    A <surface> that is copied replaces the one that there is. (Where that had a <contact> or
+    <friction> and the new one has none, sdformat crashes as soon as it writes there.)
+    """
+    made = _made("collision", robot)
     for element in elements:
-        made.add(element)
-    return made.element
+        for blob in (blob for block in element if block.tag == "collision" for blob in block):
+            replaced = made.find("surface") if blob.tag == "surface" else None
+            if replaced is not None:
+                made.remove(replaced)
+            made.append(copied(blob))
+        for tag, keys in (("contact", OF_CONTACT), ("friction", OF_FRICTION)):
+            part = _found(_found(made, "surface", element), tag, element)
+            _put_numbers(_found(part, "ode", element), keys, element)
+        _put_numbers(made, OF_COLLISION, element)
+    return made
 
 
 def visual_element(elements: Iterable[Node], robot: Node) -> Node:
@@ -112,50 +124,6 @@ def visual_element(elements: Iterable[Node], robot: Node) -> Node:
     for block in (child for element in elements for child in element if child.tag == "visual"):
         visual.extend(copied(blob) for blob in block if blob.tag != "material")
     return visual
-
-
-class _Collision:
-    """A <collision> while it is made.
-
-    A <surface> that is copied replaces the one that there is. (Where that had a <contact> or
-    <friction> and the new one has none, sdformat crashes as soon as it writes there.)
-    """
-
-    def __init__(self, robot: Node) -> None:
-        self.element = _made("collision", robot)
-        self._surface: Node | None = None
-        self._parts: dict[str, Node | None] = {"contact": None, "friction": None}
-        self._ode: dict[str, Node | None] = {"contact": None, "friction": None}
-
-    def add(self, element: Node) -> None:
-        """Add what a <gazebo> element says."""
-        for block in (child for child in element if child.tag == "collision"):
-            for blob in block:
-                self._copy(copied(blob))
-        for tag, keys in (("contact", OF_CONTACT), ("friction", OF_FRICTION)):
-            _put_numbers(self._ode_of(tag, element), keys, element)
-        _put_numbers(self.element, OF_COLLISION, element)
-
-    def _copy(self, blob: Node) -> None:
-        if blob.tag == "surface":
-            if self._surface is not None:
-                self.element.remove(self._surface)
-            self._surface = blob
-            for tag in self._parts:
-                part = self._parts[tag] = blob.find(tag)
-                self._ode[tag] = None if part is None else part.find("ode")
-        self.element.append(blob)
-
-    def _ode_of(self, tag: str, element: Node) -> Node:
-        if self._surface is None:
-            self._surface = _add(self.element, "surface", element)
-        part = self._parts[tag]
-        if part is None:
-            part = self._parts[tag] = _found(self._surface, tag, element)
-        ode = self._ode[tag]
-        if ode is None:
-            ode = self._ode[tag] = _found(part, "ode", element)
-        return ode
 
 
 class Merging:

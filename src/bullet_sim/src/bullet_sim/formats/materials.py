@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Callable
 
@@ -22,7 +22,7 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.files import read_file
 from bullet_sim.formats.images.cache import image_of
-from bullet_sim.formats.ogre import Section, complete, look, read_script
+from bullet_sim.formats.ogre import BLACK, WHITE, Material, Section, complete, look, read_script
 from bullet_sim.xml_reader import (
     Node,
     child_flag,
@@ -33,8 +33,6 @@ from bullet_sim.xml_reader import (
 )
 
 Resolve = Callable[[str], str]  # URI -> path of a file
-WHITE: RGB = (1.0, 1.0, 1.0)
-BLACK: RGB = (0.0, 0.0, 0.0)
 
 
 def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
@@ -58,41 +56,6 @@ def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
 def _clamped(value: float) -> float:
     """A component of a color as Gazebo's ignition::math::Color::Clamp has it."""
     return min(1.0, max(0.0, value / 255.0 if value > 1.0 else value))
-
-
-@dataclass(frozen=True)
-class Material:
-    """What a visual looks like; the defaults are OGRE's.
-
-    Attributes:
-        color: diffuse RGBA.
-        texture: path of its image; '': none.
-        tint: mean color of an image that can be neither found nor drawn, which stands for it.
-    """
-
-    color: RGBA = (*WHITE, 1.0)
-    texture: str = ""
-    finish: Finish = Finish(ambient=WHITE, specular=BLACK, shininess=0.0)
-    tint: RGB | None = None
-
-    def on(self, shape: Shape) -> Shape:
-        """A visual with this material; whether it casts shadows stays."""
-        color, finish = self.color, replace(self.finish, cast_shadows=shape.finish.cast_shadows)
-        if not finish.lit and not finish.blend and not self.texture:
-            color = (*WHITE, color[3])  # without light OGRE draws in the color of the corners
-        if self.tint is not None:
-            color = (*_product(color[:3], self.tint), color[3])
-            finish = replace(
-                finish,
-                ambient=_product(finish.ambient or WHITE, self.tint),
-                emissive=_product(finish.emissive, self.tint),
-            )
-        return replace(shape, color=color, texture=self.texture, painted=True, finish=finish)
-
-
-def _product(a: RGB, b: RGB) -> RGB:
-    red, green, blue = (x * y for x, y in zip(a, b))
-    return red, green, blue
 
 
 # Gazebo's standard materials ---------------------------------------------------------------------
@@ -297,7 +260,7 @@ def _scripted(
     layers = [replace(layer, path=image(layer.path)) for layer in appearance.finish.layers]
     finish = replace(appearance.finish, layers=tuple(layer for layer in layers if layer.path))
     texture = image(appearance.texture) if appearance.texture else ""
-    return Material(appearance.diffuse, texture, finish)
+    return replace(appearance, texture=texture, finish=finish)
 
 
 def _paths(script: Node, resolve: Resolve) -> list[str]:

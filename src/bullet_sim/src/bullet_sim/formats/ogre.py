@@ -16,7 +16,7 @@ from typing import List
 
 import numpy as np
 
-from bullet_sim.description.model import RGB, RGBA, Finish, Layer, TextureMapping
+from bullet_sim.description.model import RGB, RGBA, Finish, Layer, Shape, TextureMapping
 
 Statement = List[str]
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -121,22 +121,46 @@ def complete(name: str, materials: Mapping[str, Section]) -> Section | None:
     return section
 
 
+WHITE: RGB = (1.0, 1.0, 1.0)
+BLACK: RGB = (0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True)
-class OgreMaterial:
-    """How a material looks; the defaults are OGRE's.
+class Material:
+    """What a visual looks like; the defaults are OGRE's.
 
     Attributes:
-        diffuse: RGBA.
-        texture: file name of its image; '': none.
-        finish: the rest, with file names for the paths of its layers.
+        color: diffuse RGBA.
+        texture: path of its image, or the file name that a script has; '': none.
+        tint: mean color of an image that can be neither found nor drawn, which stands for it.
     """
 
-    diffuse: RGBA = (1.0, 1.0, 1.0, 1.0)
+    color: RGBA = (*WHITE, 1.0)
     texture: str = ""
-    finish: Finish = Finish(ambient=(1.0, 1.0, 1.0), specular=(0.0, 0.0, 0.0), shininess=0.0)
+    finish: Finish = Finish(ambient=WHITE, specular=BLACK, shininess=0.0)
+    tint: RGB | None = None
+
+    def on(self, shape: Shape) -> Shape:
+        """A visual with this material; whether it casts shadows stays."""
+        color, finish = self.color, replace(self.finish, cast_shadows=shape.finish.cast_shadows)
+        if not finish.lit and not finish.blend and not self.texture:
+            color = (*WHITE, color[3])  # without light OGRE draws in the color of the corners
+        if self.tint is not None:
+            color = (*_product(color[:3], self.tint), color[3])
+            finish = replace(
+                finish,
+                ambient=_product(finish.ambient or WHITE, self.tint),
+                emissive=_product(finish.emissive, self.tint),
+            )
+        return replace(shape, color=color, texture=self.texture, painted=True, finish=finish)
 
 
-def look(material: Section) -> OgreMaterial:
+def _product(a: RGB, b: RGB) -> RGB:
+    red, green, blue = (x * y for x, y in zip(a, b))
+    return red, green, blue
+
+
+def look(material: Section) -> Material:
     """What a material looks like: its first technique, its passes one over the other.
 
     A pass that replaces what is below it hides it; one that adds to it adds its colors where both
@@ -145,7 +169,7 @@ def look(material: Section) -> OgreMaterial:
     techniques = material.of_kind("technique")
     passes = [_pass(section) for section in techniques[0].of_kind("pass")] if techniques else []
     if not passes:
-        return OgreMaterial()
+        return Material()
     result = passes[0]
     for other in passes[1:]:
         if not other.finish.blend:
@@ -155,15 +179,15 @@ def look(material: Section) -> OgreMaterial:
     return result
 
 
-def _sum(one: OgreMaterial, other: OgreMaterial) -> OgreMaterial:
+def _sum(one: Material, other: Material) -> Material:
     def add(a: RGB | None, b: RGB | None) -> RGB:
         red, green, blue = (x + y for x, y in zip(a or (0.0,) * 3, b or (0.0,) * 3))
         return red, green, blue
 
-    red, green, blue = add(one.diffuse[:3], other.diffuse[:3])
+    red, green, blue = add(one.color[:3], other.color[:3])
     finish = one.finish
-    return OgreMaterial(
-        (red, green, blue, one.diffuse[3]),
+    return Material(
+        (red, green, blue, one.color[3]),
         one.texture,
         replace(
             finish,
@@ -175,8 +199,7 @@ def _sum(one: OgreMaterial, other: OgreMaterial) -> OgreMaterial:
     )
 
 
-WHITE = (1.0, 1.0, 1.0)
-_COLORS = {"ambient": WHITE, "diffuse": WHITE, "emissive": (0.0,) * 3, "specular": (0.0,) * 3}
+_COLORS = {"ambient": WHITE, "diffuse": WHITE, "emissive": BLACK, "specular": BLACK}
 # scene_blend, also as its two factors -> Finish.blend; others replace.
 _BLENDS = {
     ("add",): "add",
@@ -190,7 +213,7 @@ _BLENDS = {
 _REJECTIONS = ("greater", "greater_equal")
 
 
-def _pass(section: Section) -> OgreMaterial:
+def _pass(section: Section) -> Material:
     said = {words[0]: words[1:] for words in section.statements}
     diffuse, specular = _numbers(said.get("diffuse", ())), _numbers(said.get("specular", ()))
     colors = {name: _color(said.get(name, ()), default) for name, default in _COLORS.items()}
@@ -206,7 +229,7 @@ def _pass(section: Section) -> OgreMaterial:
         double_sided=said.get("cull_hardware") == ["none"],
     )
     alpha = diffuse[3] if len(diffuse) > 3 else 1.0
-    material = OgreMaterial((*colors["diffuse"], alpha), "", finish)
+    material = Material((*colors["diffuse"], alpha), "", finish)
     for unit in section.of_kind("texture_unit"):
         material = _with_unit(material, unit)
     return material
@@ -231,11 +254,11 @@ def _operation(said: Mapping[str, Sequence[str]]) -> str:
     return _OPERATIONS.get(words[:1]) or _OPERATIONS.get(words[:2]) or "modulate"
 
 
-def _with_unit(material: OgreMaterial, unit: Section) -> OgreMaterial:
+def _with_unit(material: Material, unit: Section) -> Material:
     """A pass with one more texture_unit."""
     said = {words[0]: words[1:] for words in unit.statements}
     texture, finish = (said.get("texture") or [""])[0], material.finish
-    red, green, blue, alpha = material.diffuse
+    red, green, blue, alpha = material.color
     manual = said.get("colour_op_ex", [])
     if manual[:2] == ["source1", "src_manual"]:  # a color of its own, whatever the light
         red, green, blue = _color(manual[3:], (red, green, blue))
@@ -252,10 +275,10 @@ def _with_unit(material: OgreMaterial, unit: Section) -> OgreMaterial:
     )
     operation, first = _operation(said), not material.texture and not finish.layers
     if not texture:
-        return replace(material, diffuse=(red, green, blue, alpha), finish=finish)
+        return replace(material, color=(red, green, blue, alpha), finish=finish)
     if first and operation == "modulate":
         finish = replace(finish, mapping=mapping)
-        return OgreMaterial((red, green, blue, alpha), texture, finish)
+        return Material((red, green, blue, alpha), texture, finish)
     layers = (*finish.layers, Layer(texture, operation, mapping))[:MAX_LAYERS]
     return replace(material, finish=replace(finish, layers=layers))
 

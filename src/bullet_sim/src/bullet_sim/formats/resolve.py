@@ -49,7 +49,7 @@ class FolderPackages:
 
     def __init__(self, folders: Iterable[str] = ()) -> None:
         above = [part for folder in folders for part in _package_above(os.path.abspath(folder))]
-        self._roots = [*above, *map(os.path.dirname, above), *_listed("ROS_PACKAGE_PATH")]
+        self._roots = [*above, *map(os.path.dirname, above), *listed("ROS_PACKAGE_PATH")]
         self._found: dict[str, str] | None = None
 
     def _all(self) -> dict[str, str]:
@@ -238,7 +238,7 @@ class Resolver:
 
     def _model_paths(self) -> list[str]:
         if self._models is None:
-            folders = _listed("GAZEBO_MODEL_PATH")
+            folders = listed("GAZEBO_MODEL_PATH")
             folders += self._packages.exported("gazebo_model_path")
             root = os.environ.get("PADDOCK_ROOT")
             if root:  # a launch file's <env> may have set another GAZEBO_MODEL_PATH
@@ -249,7 +249,7 @@ class Resolver:
 
     def _all_resources(self) -> list[str]:
         if self._resources is None:
-            folders = _listed("GAZEBO_RESOURCE_PATH")
+            folders = listed("GAZEBO_RESOURCE_PATH")
             own = self._packages.folder("gazebo_ros")
             folders += [] if own is None else [own]  # else its worlds are not here
             folders += self._packages.exported("gazebo_media_path")
@@ -257,7 +257,7 @@ class Resolver:
         return [*self._resources, *self._world]
 
 
-def _listed(variable: str) -> list[str]:
+def listed(variable: str) -> list[str]:
     return [folder for folder in os.environ.get(variable, "").split(":") if folder]
 
 

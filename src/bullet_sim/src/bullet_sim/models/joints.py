@@ -107,12 +107,6 @@ class Joints:
         """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""
         return self._limits[name].max_effort
 
-    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Track velocities, clipped to the URDF's velocity limits."""
-        for name, value in zip(names, values):
-            limits = self._limits[name]
-            self._motors[name].track_velocity(limits.velocity(value), limits.max_effort)
-
     def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Give velocities before each step, see Motor.impose_velocity; they are clipped, too."""
         for name, value in zip(names, values):
@@ -123,11 +117,6 @@ class Joints:
         """Put joints to positions before each step, see Motor.impose_position; they are clipped."""
         for name, value in zip(names, values):
             self._motors[name].impose_position(*self._limits[name].position_command(value))
-
-    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Track positions, clipped to the URDF's position limits."""
-        for name, value in zip(names, values):
-            self._motors[name].track_position(*self._limits[name].position_command(value))
 
     def set_motor(self, name: str, velocity: float, effort: float) -> None:
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N], whatever the joint's

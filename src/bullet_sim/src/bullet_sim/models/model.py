@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Tuple
 
@@ -14,7 +14,7 @@ from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.collisions import collision_names
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.mirrors import mirrored_links, visual_links
-from bullet_sim.description.model import WORLD_LINK, Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import WORLD_LINK, Link, ModelDescription
 from bullet_sim.engine.api import Body, Engine
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
@@ -293,15 +293,6 @@ class Model:
         """Links that remain when fixed joints are merged: Link by name."""
         return self._lumped.links
 
-    @property
-    def parts_joints(self) -> tuple[Joint, ...]:
-        """Joints that remain when fixed joints are merged."""
-        return self._lumped.joints
-
-    def collisions(self) -> Iterator[Shape]:
-        """The collisions of all rigid_parts."""
-        return (shape for link in self._lumped.links.values() for shape in link.collisions)
-
     def row(self, part: str) -> int:
         """Row of one of the rigid_parts in source.links."""
         return self.body.links.index(part)
@@ -352,17 +343,14 @@ class Model:
         in_root = root.inverse() * frame
         return in_root.inverse() * told * in_root
 
-    def _told_pose(self) -> Pose:
+    @property
+    def pose(self) -> Pose:
         """World pose of the model's frame, as it is told."""
         if self._carried is not None:
             link, frame = self._carried
             return self.link_state(link)[0] * frame
         frame = Pose(*self.body.pose())
         return frame * self._told_from_frame() if self._told else frame
-
-    def is_merged(self, link: str) -> bool:
-        """Whether a link of the description is a part of another one in the body."""
-        return self._lumped.frames[link][0] != link
 
     @cached_property
     def collision_names(self) -> dict[tuple[str, int], str]:
@@ -386,16 +374,14 @@ class Model:
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
         part, offset = self._told_in_body(link)
-        if offset == _SAME:
-            return self.body.link_motion(part)
-        return self.body.link_motion(part, (offset.position, offset.orientation))
+        place = None if offset == _SAME else (offset.position, offset.orientation)
+        return self.body.link_motion(part, place)
 
     def recorded_motion(self, link: str) -> Any:
         """As link_motion() after each recorded step, see api.Body."""
         part, offset = self._told_in_body(link)
-        if offset == _SAME:
-            return self.body.recorded_motion(part)
-        return self.body.recorded_motion(part, (offset.position, offset.orientation))
+        place = None if offset == _SAME else (offset.position, offset.orientation)
+        return self.body.recorded_motion(part, place)
 
     def body_motions(self) -> list[Motion]:
         """As link_motion, of each of the bodies; those of a static model do not move."""
@@ -405,18 +391,13 @@ class Model:
             return [self.body.link_motion(self._lumped.frames[body][0]) for body in self.bodies]
         return [self.link_motion(body) for body in self.bodies]
 
-    @property
-    def pose(self) -> Pose:
-        """World pose of the root link's frame."""
-        return self._told_pose()
-
     def motion(self) -> Motion:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
         carrier = self.description.root if self._carried is None else self._carried[0]
         position, orientation, linear, angular = self.link_motion(carrier)
         if self.is_at_root:
             return position, orientation, linear, angular
-        pose = self._told_pose()
+        pose = self.pose
         return pose.position, pose.orientation, linear, angular
 
     @property

@@ -16,26 +16,17 @@ from bullet_sim.component import Component
 from bullet_sim.parts.outputs import NumbersOutput, Output, Sender
 from bullet_sim.parts.schedule import SubscribedSchedule, whole_rate
 from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
+from bullet_sim.registry import ByClass
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
 
-P = TypeVar("P", bound="Part")
 T = TypeVar("T")
 
-# Class of a specification -> the Part that does it, and its subclasses.
-PARTS: dict[type, type[Part]] = {}
+# Class of a specification -> the Part that does it.
+PARTS: ByClass[type[Part]] = ByClass()
+part_of = PARTS.enter
 _log = logging.getLogger("paddock")
-
-
-def part_of(*specs: type) -> Callable[[type[P]], type[P]]:
-    """Decorator that enters a Part for classes of specifications."""
-
-    def enter(part: type[P]) -> type[P]:
-        PARTS.update(dict.fromkeys(specs, part))
-        return part
-
-    return enter
 
 
 def noise_seed(seed: int, model: str, number: int) -> int:
@@ -292,6 +283,13 @@ class Part(Component):
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""
         return self.sensor_state()[0]
+
+
+class Acting(Part):
+    """Acts on its model after each step; /gazebo/reset_world leaves it as it is."""
+
+    every_step = True
+    resets = False
 
 
 class Preparing(Part):

@@ -59,7 +59,7 @@ class Output:
 
     def fields(self, *values: Any, **options: Any) -> Fields:
         """Arrays of a message as shapes() has them, by the message's names."""
-        raise NotImplementedError
+        return dict(zip(self.shapes(), map(_row, values)))
 
 
 def _row(values: Iterable[float]) -> Array:
@@ -77,9 +77,6 @@ class JointStatesOutput(Output):
 
     def shapes(self) -> dict[str, Shape]:
         return {part: Shape((len(self.names),)) for part in self.parts}
-
-    def fields(self, *values: Any, **options: Any) -> Fields:
-        return dict(zip(self.parts, map(_row, values)))
 
 
 POSE = {"position": Shape((3,)), "orientation": Shape((4,), -1.0, 1.0)}
@@ -104,7 +101,7 @@ class OdometryOutput(Output):
         return {**POSE, **TWIST}
 
     def fields(self, *values: Any, **options: Any) -> Fields:
-        fields = dict(zip(self.shapes(), map(_row, values)))
+        fields = super().fields(*values)
         if options.get("flat"):
             fields["position"][2] = 0.0
         return fields
@@ -158,10 +155,8 @@ class ScanOutput(Output):
     count: int
 
     def shapes(self) -> dict[str, Shape]:
-        return {
-            "ranges": Shape((self.count,), -math.inf, math.inf, np.float32),
-            "intensities": Shape((self.count,), -math.inf, math.inf, np.float32),
-        }
+        shape = Shape((self.count,), dtype=np.float32)
+        return {"ranges": shape, "intensities": shape}
 
     def fields(self, *values: Any, **options: Any) -> Fields:
         ranges, intensities = (*values, None)[:2]
@@ -191,9 +186,6 @@ class ImuOutput(Output):
             "angular_velocity": Shape((3,)),
             "linear_acceleration": Shape((3,)),
         }
-
-    def fields(self, *values: Any, **options: Any) -> Fields:
-        return dict(zip(self.shapes(), map(_row, values)))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.meshes.triangles import mesh_box
-from bullet_sim.parts.base import Part, part_of
+from bullet_sim.parts.base import Acting, part_of
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import (
     PluginSpec,
@@ -62,11 +62,8 @@ class BuoyancySpec(PluginSpec):
 
 
 @part_of(BuoyancySpec)
-class BuoyancyPlugin(Part):
+class BuoyancyPlugin(Acting):
     """Lifts each link by the weight of the fluid that it displaces, wherever it is, as Gazebo's."""
-
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

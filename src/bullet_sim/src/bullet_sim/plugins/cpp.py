@@ -50,8 +50,8 @@ _found: list[Libraries] = []
 def use(libraries: Libraries) -> Callable[[], None]:
     """Have C++ plugins that are not built in looked up; returns the function that ends it."""
     removals = [
-        PLUGINS.add_source(functools.partial(_reader, _read), tuple),
-        SENSOR_PLUGINS.add_source(functools.partial(_reader, _read_sensor), tuple),
+        PLUGINS.add_source(_reader, tuple),
+        SENSOR_PLUGINS.add_source(_reader, tuple),
     ]
     _found.append(libraries)
 
@@ -87,15 +87,13 @@ def cpp_spec(element: Element, link: str = "", sensor: Element | None = None) ->
     return None
 
 
-def _reader(read: Callable[[Any], CppSpec | None], name: str) -> Any:
+def _reader(name: str) -> Any:
     """What reads a plugin of a library; a new object each time, to which facts may be added."""
     has = any(libraries.folder_of(name) for libraries in _found)
-    return functools.partial(read) if has else None
+    return functools.partial(_read) if has else None
 
 
 def _read(xml: PluginXml) -> CppSpec | None:
+    if isinstance(xml, SensorXml):
+        return cpp_spec(xml.element, xml.parent, xml.sensor)
     return cpp_spec(xml.element, xml.model.root)
-
-
-def _read_sensor(xml: SensorXml) -> CppSpec | None:
-    return cpp_spec(xml.element, xml.parent, xml.sensor)

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.parts.base import Part, Sensor, part_of
+from bullet_sim.parts.base import Acting, Sensor, part_of
 from bullet_sim.parts.outputs import NumbersOutput, TransformsOutput
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import PLAIN, FrameName
@@ -235,13 +235,11 @@ def template(_: PluginXml) -> None:
 
 
 @part_of(ForceSpec)
-class ForcePlugin(Part):
+class ForcePlugin(Acting):
     """Applies the last geometry_msgs/Wrench to a link in every step, along the world's axes."""
 
     STATE = ("_wrench",)
     COMMANDS = {"topic": ("geometry_msgs/Wrench", "_on_wrench")}
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -275,7 +273,7 @@ MAX_PULL = 20.0  # [N]
 
 
 @part_of(VacuumGripperSpec)
-class VacuumGripperPlugin(Part):
+class VacuumGripperPlugin(Acting):
     """Draws links of other models that are near its link; std_msgs/Bool tells whether there is one.
 
     While it is on, such a link gets the gripper's velocity and a force towards it. As upstream the
@@ -284,8 +282,6 @@ class VacuumGripperPlugin(Part):
     """
 
     STATE = ("_is_on",)
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -352,12 +348,10 @@ _SLIP = tuple(
 
 
 @part_of(WheelSlipSpec)
-class WheelSlipPlugin(Part):
+class WheelSlipPlugin(Acting):
     """Sets slip1 and slip2 of wheels' contacts: their rims' speed times compliance over force."""
 
     STATE = ("_lateral", "_longitudinal")
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -396,13 +390,11 @@ class WheelSlipPlugin(Part):
 
 
 @part_of(HandOfGodSpec)
-class HandOfGodPlugin(Part):
+class HandOfGodPlugin(Acting):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
 
     needs_ros = True
     CACHE = ("_missing",)  # whether it was logged
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

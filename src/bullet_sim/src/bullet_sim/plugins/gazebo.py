@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bullet_sim.parts.base import Part, Preparing, part_of
+from bullet_sim.parts.base import Acting, Part, Preparing, part_of
 from bullet_sim.plugins.joints import movable
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import PluginSpec, link_of, number, read, reading, switch, vector
@@ -246,15 +246,12 @@ class RandomVelocityPlugin(Part):
 
 
 @part_of(LiftDragSpec)
-class LiftDragPlugin(Part):
+class LiftDragPlugin(Acting):
     """Applies lift and drag to a link in every step.
 
     As in Gazebo the velocity is that of the center of pressure in the link's frame, and the force
     acts as far from the center of mass as that is from the frame.
     """
-
-    every_step = True
-    resets = False
 
     def update(self, time: float, period: float) -> None:
         spec, model = self.spec, self.model

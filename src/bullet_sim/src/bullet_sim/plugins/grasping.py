@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, Dict, NamedTuple
+from typing import Any, ClassVar, Dict, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from bullet_sim.description.model import EVERYTHING, ModelDescription
 from bullet_sim.engine import BodyLink
-from bullet_sim.parts.base import Part, part_of
+from bullet_sim.parts.base import Acting, part_of
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import PluginSpec, number, read, reading, switch
 from bullet_sim.plugins.xml import MissingPart, PluginXml, Values
@@ -155,8 +155,34 @@ class Touch(NamedTuple):
 Touches = Dict[BodyLink, Dict[BodyLink, Touch]]  # object -> link of a gripper -> sums
 
 
+class Grasping(Acting):
+    """Attaches objects, by decisions in simulated time."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_next",)
+
+    def reset(self, time: float) -> None:
+        """With nothing held."""
+        self._next = time
+        super().reset(time)
+
+    def restart(self, time: float) -> None:
+        """Decisions go on from this time."""
+        self._next = time
+        super().restart(time)
+
+    def _is_due(self, time: float, period: float) -> bool:
+        """Whether a decision is to be made now; the next one is a period [s] later."""
+        is_due = time >= self._next - 1e-9
+        if is_due:
+            self._next = time + period
+        return is_due
+
+    def _frame(self, part: BodyLink) -> Pose:
+        return Pose(*self.world.engine.bodies[part[0]].link_motion(part[1])[:2])
+
+
 @part_of(GraspFixSpec)
-class GraspFixPlugin(Part):
+class GraspFixPlugin(Grasping):
     """Counts for each object how often it is pressed from opposite sides, attaches it to the palm,
     and lets it go when it is not pressed any more and a finger has left it: as GazeboGraspFix.
 
@@ -164,9 +190,7 @@ class GraspFixPlugin(Part):
     of the clock on the wall. Its grasp events are topics of Gazebo's own transport.
     """
 
-    STATE = ("_touches", "_counts", "_held", "_first", "_next")
-    every_step = True
-    resets = False
+    STATE = ("_touches", "_counts", "_held", "_first")
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)
@@ -185,13 +209,7 @@ class GraspFixPlugin(Part):
         self._counts: dict[BodyLink, int] = {}
         self._held = {}
         self._first: dict[str, dict[BodyLink, Touch]] = {}  # of what each arm holds
-        self._next = time
         super().reset(time)
-
-    def restart(self, time: float) -> None:
-        """Decisions go on from this time."""
-        self._next = time
-        super().restart(time)
 
     def _key(self, arm: str) -> tuple[str, str, str]:
         return "grasp_fix", self.model.name, arm
@@ -201,16 +219,12 @@ class GraspFixPlugin(Part):
         for (_, link), arm in self._fingers.items():
             yield (self.model.body.number, link), arm
 
-    def _frame(self, part: BodyLink) -> Pose:
-        return Pose(*self.world.engine.bodies[part[0]].link_motion(part[1])[:2])
-
     def update(self, time: float, period: float) -> None:
         for part, _ in self._parts():
             self._note(part)
-        if time < self._next - 1e-9:
-            return
         rate = self.spec.decisions
-        self._next = time + (1.0 / rate if rate else 0.0)
+        if not self._is_due(time, 1.0 / rate if rate else 0.0):
+            return
         touches, self._touches = self._touches, {}
         gripped = {item for item, of_links in touches.items() if self._is_pressed(of_links)}
         for item in sorted(gripped):
@@ -308,16 +322,14 @@ RESTS = 1e-5  # [m^2] of a square of a distance, and of its variance
 
 
 @part_of(GripperSpec)
-class GripperPlugin(Part):
+class GripperPlugin(Grasping):
     """Attaches an object to the palm that its links touch for long enough and that rests relative
     to it, until they touch nothing for long enough: as Gazebo's physics::Gripper.
 
     Decisions are made in simulated time, Gazebo's in that of the clock on the wall.
     """
 
-    STATE = ("_contacts", "_touching", "_away", "_held", "_last", "_moves", "_next")
-    every_step = True
-    resets = False
+    STATE = ("_contacts", "_touching", "_away", "_held", "_last", "_moves")
 
     def reset(self, time: float) -> None:
         """With nothing held."""
@@ -327,13 +339,7 @@ class GripperPlugin(Part):
         self._held = False
         self._last: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._moves: tuple[float, ...] = (math.inf,) * SAMPLES
-        self._next = time
         super().reset(time)
-
-    def restart(self, time: float) -> None:
-        """Decisions go on from this time."""
-        self._next = time
-        super().restart(time)
 
     def _key(self) -> tuple[str, str, str]:
         return "gripper", self.model.name, self.spec.name
@@ -346,9 +352,8 @@ class GripperPlugin(Part):
             self._contacts += sorted(
                 part for part in parts if part[0] != body.number and bodies[part[0]].moves
             )
-        if time < self._next - 1e-9:
+        if not self._is_due(time, GRIPPER_PERIOD):
             return
-        self._next = time + GRIPPER_PERIOD
         if len(self._contacts) >= self.spec.least:
             self._touching, self._away = self._touching + 1, 0
         else:
@@ -367,10 +372,7 @@ class GripperPlugin(Part):
         for part in sorted(set(self._contacts)):
             if self._contacts.count(part) < 2 or self._held:
                 continue
-            frame, there = (
-                Pose(*engine.bodies[number].link_motion(link)[:2]) for number, link in (palm, part)
-            )
-            place = (frame.inverse() * there).position
+            place = (self._frame(palm).inverse() * self._frame(part)).position
             moved = sum((a - b) ** 2 for a, b in zip(place, self._last))
             self._last, self._moves = place, (*self._moves[1:], moved)
             if max(self._moves) < RESTS and float(np.var(self._moves)) < RESTS:

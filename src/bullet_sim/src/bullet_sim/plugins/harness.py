@@ -13,7 +13,7 @@ import numpy as np
 from bullet_sim.component import Stateful
 from bullet_sim.description.model import Joint
 from bullet_sim.engine import WORLD as WORLD_LINK
-from bullet_sim.parts.base import Part, Preparing, part_of
+from bullet_sim.parts.base import Acting, Preparing, part_of
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.spec import PluginSpec, read, topic_of
 from bullet_sim.plugins.xml import PluginValues, PluginXml, library
@@ -200,7 +200,7 @@ def _bounded(value: float, least: float, most: float) -> float:
 
 
 @part_of(HarnessSpec)
-class HarnessPlugin(Part):
+class HarnessPlugin(Acting):
     """Holds its model by joints, of which it drives one and lets one go.
 
     While its velocity is 0 the winch holds its position. It pulls alone by its velocity's gains,
@@ -213,8 +213,6 @@ class HarnessPlugin(Part):
         "velocity_topic": ("std_msgs/Float32", "_on_velocity"),
         "topic": ("std_msgs/Bool", "_on_detach"),
     }
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

@@ -415,7 +415,8 @@ class ImuSensor(Sensor):
             a, b, c, d = self.rng.normal(0.0, spec.orientation_noise, 4).tolist()
             x, y, z, w = orientation
             orientation = x + a, y + b, z + c, w + d
-        rate, force = self._with_noise(rate, force)
+        rate = self._noisy(rate, spec.gyro_noise_stddev, spec.gyro_noise_mean)
+        force = self._noisy(force, spec.accel_noise_stddev, spec.accel_noise_mean)
         if not self._gyro_bias.is_none:
             rate = self._gyro_bias.measured(rate, period, self.rng)
         if not self._accel_bias.is_none:
@@ -477,16 +478,8 @@ class ImuSensor(Sensor):
         force, rate = inertial.twist(orientation, force, angular)
         return orientation, rate, force
 
-    def _with_noise(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
-        """Rate and acceleration with their noise."""
-        spec = self.spec
-        return (
-            self._noisy(rate, spec.gyro_noise_stddev, spec.gyro_noise_mean),
-            self._noisy(acceleration, spec.accel_noise_stddev, spec.accel_noise_mean),
-        )
-
     def _noisy(self, values: Vec3, stddev: float | Vec3, mean: float | Vec3) -> Vec3:
-        """As inertial.add_noise, on plain numbers."""
+        """Values with white Gaussian noise of a mean and a standard deviation; 0: none."""
         x, y, z = values
         if mean:
             a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean

@@ -8,7 +8,7 @@ from typing import Any
 
 from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
 from bullet_sim.errors import SimError
-from bullet_sim.parts.base import Part, Sensor, part_of
+from bullet_sim.parts.base import Acting, Sensor, part_of
 from bullet_sim.parts.outputs import JointStatesOutput
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import MODEL, ROOT, Rule
@@ -135,7 +135,7 @@ class JointStatesSensor(Sensor):
 
 
 @part_of(JointPosesSpec)
-class JointPosesPlugin(Part):
+class JointPosesPlugin(Acting):
     """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
 
     As upstream, each point waits for the time_from_start of the point before it, counted from then,
@@ -144,8 +144,6 @@ class JointPosesPlugin(Part):
 
     STATE = ("_points", "_next")
     COMMANDS = {"topic": ("trajectory_msgs/JointTrajectory", "_on_trajectory")}
-    every_step = True
-    resets = False
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

@@ -27,9 +27,10 @@ DEFAULT_MAX_RANGE = 100.0  # [m] of a lidar whose file gives no valid one
 
 @dataclass(frozen=True)
 class RaySpec(SensorSpec):
-    """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
+    """A lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
 
-    As in Gazebo its rays go from min_angle to max_angle, whichever is smaller.
+    As in Gazebo its rays go from min_angle to max_angle, whichever is smaller; a LaserScan has the
+    ranges of all layers, one after the other from the first.
 
     Attributes:
         rate: scans per simulated second [Hz].
@@ -38,6 +39,8 @@ class RaySpec(SensorSpec):
             start, with a random sign.
         precision: to a multiple of which ranges with noise are rounded [m]; 0: they are not.
         sees_visuals: it sees what a camera would see, not what collides (gpu_ray).
+        layers: number of rays above each other.
+        min_elevation, max_elevation: of the first and the last layer [rad], positive up.
     """
 
     samples: int = 360
@@ -54,29 +57,13 @@ class RaySpec(SensorSpec):
     bias: tuple[float, float] = (0.0, 0.0)
     precision: float = 0.0
     sees_visuals: bool = reading(lambda xml: xml.type == "gpu_ray", False)
-
-
-@dataclass(frozen=True)
-class LayeredRays(RaySpec):
-    """Rays in one or several layers.
-
-    Attributes:
-        layers: number of rays above each other.
-        min_elevation, max_elevation: of the first and the last layer [rad], positive up.
-    """
-
     layers: int = 1
     min_elevation: float = 0.0
     max_elevation: float = 0.0
 
 
 @dataclass(frozen=True)
-class LayeredScanSpec(LayeredRays):
-    """A LaserScan whose ranges are those of all layers, one after the other from the first."""
-
-
-@dataclass(frozen=True)
-class CloudSpec(LayeredRays):
+class CloudSpec(RaySpec):
     """A velodyne: PointCloud2 with x, y, z, intensity, ring, time.
 
     Attributes:
@@ -89,7 +76,7 @@ class CloudSpec(LayeredRays):
 
 
 @dataclass(frozen=True)
-class BlockCloudSpec(LayeredRays):
+class BlockCloudSpec(RaySpec):
     """A lidar that publishes its points as PointCloud, as libgazebo_ros_block_laser.
 
     Attributes:
@@ -121,7 +108,7 @@ class PatternSpec(RaySpec):
 
 
 @dataclass(frozen=True)
-class RangeSpec(LayeredRays):
+class RangeSpec(RaySpec):
     """A sonar or infrared sensor: the minimum range of a bundle of rays, as sensor_msgs/Range.
 
     Attributes:
@@ -184,16 +171,8 @@ def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES, rule=UTILS_OF_SENSORS)
 def laser(xml: SensorXml) -> RaySpec:
-    """RaySpec; with several layers LayeredScanSpec.
-
-    The laser plugins have no <updateRate> and no <gaussianNoise>.
-    """
-    values, spec = _rays(xml, 640), LayeredScanSpec
-    if values["layers"] == 1:
-        spec = RaySpec  # type: ignore[assignment]
-        for name in ("layers", "min_elevation", "max_elevation"):
-            del values[name]
-    return read(spec, xml, **values, topic=xml.topic("topicName", "/world"))
+    """RaySpec; the laser plugins have no <updateRate> and no <gaussianNoise>."""
+    return read(RaySpec, xml, **_rays(xml, 640), topic=xml.topic("topicName", "/world"))
 
 
 @sensor_plugin(
@@ -326,9 +305,8 @@ class RaysSensor(Sensor):
 
     def __init__(self, context: Any) -> None:
         self._lidar = self._make_lidar(context.spec)
-        spec = (
-            context.spec
-        )  # gpu_ray is updated with the cameras, hector's sonar has an UpdateTimer
+        spec = context.spec
+        # gpu_ray is updated with the cameras, hector's sonar has an UpdateTimer
         self.whole_periods = not (spec.sees_visuals or getattr(spec, "tunable", False))
         super().__init__(context)
 
@@ -364,19 +342,17 @@ class LidarSensor(RaysSensor):
 
     def make_output(self) -> ScanOutput:
         spec, lidar = self.spec, self._lidar
-        self._layers = spec.layers if isinstance(spec, LayeredScanSpec) else 1
-        count = len(lidar.angles) * self._layers
+        count = len(lidar.angles) * spec.layers
         return ScanOutput(spec.topic, spec, lidar.angle_increment, count)
 
     def _make_lidar(self, spec: Any) -> Any:
-        return (LayeredLidar if isinstance(spec, LayeredScanSpec) else Lidar)(spec)
+        return (LayeredLidar if spec.layers > 1 else Lidar)(spec)
 
     def measure(self, time: float) -> Any:
         ranges, intensities = self._scan(), self._intensities()
-        if self._layers > 1:
-            ranges = _by_layers(ranges, self._layers)
-            if intensities is not None:
-                intensities = _by_layers(intensities, self._layers)
+        ranges = _by_layers(ranges, self.spec.layers)
+        if intensities is not None:
+            intensities = _by_layers(intensities, self.spec.layers)
         return ranges, intensities
 
 

@@ -91,11 +91,6 @@ def switch(tag: str, default: bool = False) -> Any:
     return reading(lambda xml: xml.switch(tag, default), default)
 
 
-def option(tag: str, default: bool = False) -> Any:
-    """True or false, see PluginValues.option."""
-    return reading(lambda xml: xml.option(tag, default), default)
-
-
 def vector(tag: str, default: tuple[float, ...] = (0.0, 0.0, 0.0), broadcast: bool = False) -> Any:
     """As many finite numbers as the default has."""
     return reading(lambda xml: xml.vector(tag, len(default), default, broadcast), default)

@@ -144,9 +144,9 @@ class Renderer:
         else:
             rgb, depth = self.image(request, rgb, depth)
         if request.noise_stddev > 0.0 or request.noise_mean:
-            rgb[:] = camera.add_noise(
-                rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
-            )
+            # the same for a seed, a camera's name and a step, however many frames were skipped
+            rng = np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])
+            rgb[:] = camera.add_noise(rgb, request.noise_stddev, rng, request.noise_mean)
         return rgb, depth
 
     def close(self) -> None:
@@ -169,13 +169,3 @@ def check_link(request: CameraRequest, count: int) -> None:
             f"camera {request.name}: link index {request.link_index}, body "
             f"{request.key} has 0 to {count - 1}"
         )
-
-
-def noise_generator(request: CameraRequest, step: int) -> np.random.Generator:
-    """Generator of one frame's noise: the same for the same seed, camera name and step,
-    however many frames were skipped before.
-
-    Args:
-        step: physics step, >= 0.
-    """
-    return np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])

@@ -67,15 +67,6 @@ def tilt_error(orientation: Vector, bias: Vector, gravity: float, axes: Vector) 
     return multiply((roll / length, pitch / length, 0.0, 1.0 / length), orientation)
 
 
-def add_noise(values: Vector, stddev: float, rng: Any, mean: float | Vec3 = 0.0) -> Any:
-    """White Gaussian noise of a mean and a standard deviation (unit of `values`); 0 = none."""
-    if mean:
-        values = np.asarray(values, dtype=float) + mean
-    if stddev <= 0.0:
-        return values
-    return values + rng.normal(0.0, stddev, np.shape(values))
-
-
 def twist(
     orientation: Vector, linear_in_world: Vector, angular_in_world: Vector, in_child: bool = True
 ) -> tuple[Vec3, Vec3]:

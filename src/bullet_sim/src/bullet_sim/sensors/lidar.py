@@ -38,7 +38,7 @@ class Lidar:
 
     def __init__(self, spec: Any) -> None:
         n, noise = spec.samples, spec.noise_stddev
-        near, far, rays = spec.range_min, spec.range_max, n * getattr(spec, "layers", 1)
+        near, far, rays = spec.range_min, spec.range_max, n * spec.layers
         for holds, text in (
             (int(n) == n and n >= 1, f"samples {n}, a whole number >= 1"),
             (rays <= MAX_RAYS, f"{rays} rays, at most {MAX_RAYS}"),

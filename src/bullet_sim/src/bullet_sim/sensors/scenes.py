@@ -89,7 +89,7 @@ class WorldViews:
 def body_fields(model: Model) -> dict[str, Any]:
     """A model's part of a scene."""
     names = model.body.links
-    joints = {end_of(joint): joint.name for joint in model.parts_joints}
+    joints = {end_of(joint): joint.name for joint in model.joints.limits.values()}
     links = [
         {**asdict(link), "name": name, "joint": joints.get(name, "")}
         for name, link in zip(names, model.source.links)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -114,7 +114,11 @@ class BulletMotor:
 
 
 class BulletBody:
-    """See api.Body."""
+    """See api.Body.
+
+    Attributes:
+        motors: by the names of their joints.
+    """
 
     def __init__(
         self,
@@ -131,7 +135,7 @@ class BulletBody:
         self._mirrored = [self.joints.index(above[name]) for name in self.links if name in above]
         self.is_fixed = description.static or model.fixed_base
         self.root = model.root
-        self._motors = {name: BulletMotor(engine, self, name) for name in self.joints}
+        self.motors = {name: BulletMotor(engine, self, name) for name in self.joints}
         self._indices = [loaded.joints[name] for name in self.joints]
 
     @property
@@ -139,14 +143,9 @@ class BulletBody:
         """See api.Body."""
         return not self.is_fixed or bool(self.joints)
 
-    @property
-    def motors(self) -> Mapping[str, BulletMotor]:
-        """By the names of their joints."""
-        return self._motors
-
     def motor(self, joint: str) -> BulletMotor:
         """See api.Body."""
-        return self._motors[joint]
+        return self.motors[joint]
 
     def pose(self) -> tuple[Vec3, Quat]:
         """See api.Body."""
@@ -224,7 +223,7 @@ class BulletBody:
         """See api.Body."""
         return [
             (state[0], state[1], motor.applied or 0.0)
-            for state, motor in zip(self.states(), self._motors.values())
+            for state, motor in zip(self.states(), self.motors.values())
         ]
 
     def read_joints(self, states: Iterable[JointState]) -> None:
@@ -238,7 +237,7 @@ class BulletBody:
 
     def set_joint_positions(self, positions: Vector) -> None:
         """See api.Body."""
-        for motor, position in zip(self._motors.values(), positions):
+        for motor, position in zip(self.motors.values(), positions):
             motor.set_position(position)
 
     def coordinates(self) -> tuple[float, ...]:

@@ -219,25 +219,13 @@ class ArrayBuilder:
         """
         contents, system = self._contents, self._system
         moving, static = contents.moving.values(), StaticShapes()
-        solids: list[Solid] = []
         for body in moving:
             self._add(body)
         for key, attachment in contents.attached.items():
             if attachment.is_on:
                 self._attach(key, attachment)
-        for body in contents.immobile.values():
-            link = body.number, body.model.root
-            static.add(link, body.root, body.base, contents.bits_of(link), self._cache, solids)
-        bodies = [number for number, _ in system.owner]
-        bits = np.array([contents.bits_of(link) for link in system.owner], np.int64)
-        collide = may_collide(bodies, self._shapes, bits, system.touching, system.attached)
-        spaces = system.spaces, system.counts
-        scene = pack_scene(self._shapes, static, solids, bodies, *spaces, bits, collide)
         most = min(self._settings.max_contacts, MAX_CONTACTS)
-        for table, column in (
-            (scene.shapes, q.G_MOST), (scene.faces, q.P_MOST), (scene.planes, q.P_MOST),
-        ):  # fmt: skip
-            np.minimum(table[:, column], most, out=table[:, column])
+        scene = self._scene(static, most)
         room = capacity(self._shapes, static, most)
         inward = [
             tuple((-body.model.links[name].center).tolist())
@@ -259,7 +247,7 @@ class ArrayBuilder:
             attached=self._attached,
             planes=static.plane_links,
             known=static.known,
-            watch=bool(static.aabbs or collide.any()),
+            watch=bool(static.aabbs or scene.may_collide.any()),
             always=bool(self._shapes.has_unknown() and static.planes),
             sleepy=any(body.may_sleep for body in moving),
             passable=any(body.has_passable for body in self._engine.bodies.values()),
@@ -282,6 +270,28 @@ class ArrayBuilder:
             ends=np.zeros(MAX_RECORDED, np.int64),
             spaces=np.array([places.get(link[0], -1) for link in known], np.int64),
         )
+
+    def _scene(self, static: StaticShapes, most: int) -> Scene:
+        """The shapes; `static` gets those of what never moves.
+
+        Args:
+            most: contacts of a pair of shapes.
+        """
+        contents, system = self._contents, self._system
+        solids: list[Solid] = []
+        for body in contents.immobile.values():
+            link = body.number, body.model.root
+            static.add(link, body.root, body.base, contents.bits_of(link), self._cache, solids)
+        bodies = [number for number, _ in system.owner]
+        bits = np.array([contents.bits_of(link) for link in system.owner], np.int64)
+        collide = may_collide(bodies, self._shapes, bits, system.touching, system.attached)
+        spaces = system.spaces, system.counts
+        scene = pack_scene(self._shapes, static, solids, bodies, *spaces, bits, collide)
+        for table, column in (
+            (scene.shapes, q.G_MOST), (scene.faces, q.P_MOST), (scene.planes, q.P_MOST),
+        ):  # fmt: skip
+            np.minimum(table[:, column], most, out=table[:, column])
+        return scene
 
     def _add(self, body: OdeBody) -> None:
         """Rows of a body that moves."""

@@ -76,6 +76,7 @@ class OdeBody:
         collisions: pairs of its links that collide with each other.
         welded: names of joints that do not move.
         has_passable: it has shapes that push nothing.
+        motors: those of `joints`.
         names: of its links that move, in the order in which Gazebo creates them.
         tree: joints of these links, in the order in which Gazebo creates them.
         gears: of its links that move; they have rows after those of the joints.
@@ -120,7 +121,7 @@ class OdeBody:
             and not self.tree
             and (description.is_urdf or not description.joints)  # a URDF's fixed ones are merged
         )
-        self._motors = [OdeMotor(engine, self, number) for number in range(len(self.joints))]
+        self.motors = [OdeMotor(engine, self, number) for number in range(len(self.joints))]
         self.first = self.first_joint = 0
         self.order: list[int] = []
         self.measured: Measured = tuple
@@ -199,7 +200,7 @@ class OdeBody:
         self.first, self.first_joint = first, first_joint
         rows = {joint.name: row for row, joint in enumerate(self.tree, first_joint)}
         self.order = [rows[name] for name in self.joints]
-        for motor, row in zip(self._motors, self.order):
+        for motor, row in zip(self.motors, self.order):
             motor.row, motor.joint = row, self.tree[row - first_joint]
         if self.order:
             columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
@@ -208,12 +209,7 @@ class OdeBody:
 
     def motor(self, joint: str) -> OdeMotor:
         """See api.Body."""
-        return self._motors[self.joints.index(joint)]
-
-    @property
-    def motors(self) -> Sequence[OdeMotor]:
-        """Those of `joints`."""
-        return self._motors
+        return self.motors[self.joints.index(joint)]
 
     # Where it is put ----------------------------------------------------------------------------
     def place(self) -> Placement:
@@ -472,7 +468,7 @@ class OdeBody:
         numbers, count = self.measured(self._engine.joint_numbers), len(self.order)
         return [
             (angle, rate, 0.0 if motor.applied is None else motor.applied)
-            for angle, rate, motor in zip(numbers, numbers[count:], self._motors)
+            for angle, rate, motor in zip(numbers, numbers[count:], self.motors)
         ]
 
     def read_joints(self, states: Iterable[JointState]) -> None:

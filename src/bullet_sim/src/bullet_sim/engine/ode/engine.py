@@ -268,10 +268,6 @@ class OdeEngine:
         """Bodies in the order of the last step."""
         self.arrays.state.sequence[:] = np.argsort(self.rows[:, q.PLACE], kind="stable")
 
-    def child_of(self, row: int) -> int:
-        """Row of the first body of a joint's row."""
-        return int(self.arrays.state.system.types[row, 1])
-
     def _attached_rows(self) -> Array:
         """Rows of the joints of what is attached, which follow those of the models."""
         return self.joint_rows[sum(body.row_count for body in self.contents.moving.values()) :]

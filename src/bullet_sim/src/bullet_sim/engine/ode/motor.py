@@ -86,12 +86,6 @@ class OdeMotor:
         self._engine.build()
         self._engine.joint_numbers[q.J_SIZE * self.row + q.EFFORT] += effort
 
-    @property
-    def effort(self) -> float:
-        """That of the motor in the last step [N m, N]."""
-        effort: float = self._engine.joint_numbers[q.J_SIZE * self.row + q.MOTOR]
-        return effort
-
     def set_position(self, position: float) -> None:
         """See api.Motor."""
         self._body.place().joints[self._number] = float(position), 0.0
@@ -120,7 +114,8 @@ class OdeMotor:
     def load(self) -> tuple[Array, Array, float]:
         """See api.Motor."""
         self._engine.refresh()
-        numbers, child = self._engine.joint_rows[self.row], self._engine.child_of(self.row)
+        numbers = self._engine.joint_rows[self.row]
+        child = self._engine.arrays.state.system.types[self.row, 1]
         turn = matrix_from_quaternion(self._engine.rows[child, q.QUAT : q.QUAT + 4]).T
         force = turn @ numbers[q.WRENCH : q.WRENCH + 3]
         torque = turn @ numbers[q.WRENCH + 3 : q.WRENCH + 6]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bullet_sim.description.collisions import is_passable
-from bullet_sim.description.model import Link, Shape
+from bullet_sim.description.model import Link, Shape, Surface
 from bullet_sim.engine.api import BodyLink
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.ode.shapes import ShapeCache
@@ -158,14 +158,15 @@ class StaticShapes:
             self.known.append(key)
         for shape in touched:
             if shape.geometry.kind == "plane":
-                pose, surface = frame * shape.pose, shape.surface or link.surface
-                normal = pose.matrix[:, 2]
-                row = tables.plane_row(normal, float(normal @ pose.position), surface)
-                self.planes.append(row)
+                self._add_plane(frame * shape.pose, shape.surface or link.surface)
                 self.bits.append(bits)
                 self.plane_links.append(key)
                 self.plane_items.append(items[id(shape)])
         self.spaces.append(_static_space(len(self.spaces), boxes, link))
+
+    def _add_plane(self, pose: Pose, surface: Surface) -> None:
+        normal = pose.matrix[:, 2]
+        self.planes.append(tables.plane_row(normal, float(normal @ pose.position), surface))
 
     def pack(self) -> dict[str, Any]:
         """The arrays of a Scene of these."""

@@ -46,30 +46,15 @@ def parse_actor(
             f"'{name}'",
         )
     movers = [part for part in element.findall("plugin") if library(part) in MOVERS]
-    for tag in ("plugin", "link", "joint") if skin else ("plugin", "joint"):
-        for part in element.findall(tag):
-            if part in movers:
-                continue
+    for part in element:
+        is_read = part in movers or (part.tag == "link" and not skin)
+        if part.tag in ("plugin", "link", "joint") and not is_read:
             element.warn(
-                f"{label} has a <{tag}> '{part.get('name')}', which is ignored",
+                f"{label} has a <{part.tag}> '{part.get('name')}', which is ignored",
                 "actors have plugins, links or joints, which are ignored",
-                f"<{tag}> of '{name}'",
+                f"<{part.tag}> of '{name}'",
             )
-    animations = {
-        animation.get("name") or DEFAULT: child_flag(animation, "interpolate_x", label, False)
-        for animation in element.findall("animation")
-    }
-    script = element.find("script")
-    kinds = None if not skin and not animations else animations
-    motion = ActorMotion(
-        trajectories=_trajectories(script, kinds, label),
-        loop=True if script is None else child_flag(script, "loop", label, True),
-        delay=0.0 if script is None else child_number(script, "delay_start", label, 0.0),
-        starts=True if script is None else child_flag(script, "auto_start", label, True),
-        by_distance=frozenset(name for name, is_so in animations.items() if is_so),
-        pose=pose,
-        scale=child_number(element, "skin/scale", label, 1.0) or 1.0,
-    )
+    motion = _motion(element, label, pose)
     if skin:
         model = person(name, motion)
         model.warnings = element.document.warnings
@@ -79,6 +64,24 @@ def parse_actor(
     for plugin in movers:
         parse_plugin(plugin, model)
     return model, pose
+
+
+def _motion(element: Node, label: str, pose: Pose) -> ActorMotion:
+    animations = {
+        animation.get("name") or DEFAULT: child_flag(animation, "interpolate_x", label, False)
+        for animation in element.findall("animation")
+    }
+    script = element.find("script")
+    kinds = animations if animations or child_text(element, "skin/filename") else None
+    return ActorMotion(
+        trajectories=_trajectories(script, kinds, label),
+        loop=True if script is None else child_flag(script, "loop", label, True),
+        delay=0.0 if script is None else child_number(script, "delay_start", label, 0.0),
+        starts=True if script is None else child_flag(script, "auto_start", label, True),
+        by_distance=frozenset(name for name, is_so in animations.items() if is_so),
+        pose=pose,
+        scale=child_number(element, "skin/scale", label, 1.0) or 1.0,
+    )
 
 
 def _links_of(actor: Node) -> Node:
