@@ -85,7 +85,10 @@ class Graph:
             time.sleep(0.02)
         with open(self.log, encoding="utf-8") as log:
             print("".join(log.readlines()[-30:]), file=sys.stderr)
-        raise SystemExit(f"{what}: not within {limit:g} s")
+        ended = (
+            "roslaunch has ended" if self._process.poll() is not None else f"not within {limit:g} s"
+        )
+        raise SystemExit(f"{what}: {ended}")
 
     def close(self):
         """End roslaunch and its nodes."""
