@@ -3,6 +3,7 @@
 import math
 import operator
 import threading
+import time
 
 import numpy as np
 import rospy
@@ -15,6 +16,7 @@ from paddock_gym.ids import ANY_ROBOT
 from paddock_gym.observations import goal_row, over, polar
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
+LONGEST_WAIT = 0.05  # for messages that are due when an action is [s of wall time]
 LINKS, LINK_STATES = "/gazebo/link_states", "gazebo_msgs/LinkStates"
 PLACES = {  # fields of messages that have other names in observations
     "nav_msgs/Odometry": {
@@ -47,7 +49,7 @@ class Source:
         self._finite = dtype == "float32" and not raw
         self._organized = organized
         self._link, self._area, self._goal = link, area, goal
-        self._message = None
+        self._message, self._stamp, self._due = None, math.nan, math.inf
         message_class = get_message_class(message)
         if message_class is None:
             raise ValueError(f"{topic} has messages of {message}, which is not installed")
@@ -56,6 +58,14 @@ class Source:
     def take(self, message):
         """Keep a message."""
         self._message = message
+        if hasattr(message, "header"):
+            before, self._stamp = self._stamp, message.header.stamp.to_sec()
+            period = self._stamp - before
+            self._due = self._stamp + period if period > 0.0 else math.inf
+
+    def is_due(self, now):
+        """Whether the next message is to come by a simulated time [s], by the last two."""
+        return self._due < now + 1e-6
 
     def read(self):
         """The observation's array; None: there was no message yet."""
@@ -159,6 +169,7 @@ class RobotDriver:
             for topic, kind, _ in about.actions.topics
         }
         self._lock = threading.Lock()
+        self._wait = min(LONGEST_WAIT, 0.5 / about.control_rate)
         rospy.Timer(rospy.Duration(1.0 / about.control_rate), self._act, reset=True)
 
     @staticmethod
@@ -169,8 +180,9 @@ class RobotDriver:
             raise ValueError(f"goal is {text!r}; it must be x and y [m] in the world")
         return goal
 
-    def _act(self, _event):
+    def _act(self, event):
         with self._lock:
+            self._wait_for_due(event.current_real.to_sec())
             observation = {name: source.read() for name, source in self._sources.items()}
             missing = [name for name, array in observation.items() if array is None]
             if missing:
@@ -178,6 +190,13 @@ class RobotDriver:
                 return
             for topic, kind, values in self._policy.command(observation):
                 self._publishers[topic].publish(message_of(kind, values))
+
+    def _wait_for_due(self, now):
+        """Wait a little for messages of now: the environment observes them, and /clock may be
+        faster."""
+        end = time.monotonic() + self._wait
+        while time.monotonic() < end and any(each.is_due(now) for each in self._sources.values()):
+            time.sleep(0.001)
 
 
 def message_of(kind, values):
