@@ -25,6 +25,7 @@ SECTIONS = {
     "navigation": "mapping and navigating at real time, truck and TurtleBot3",
     "scale": "1 to 32 cars with a lidar each",
     "learning": "actions a second of the learner's environments over bare stepping",
+    "actions": "actions a second of the learner's environments, absolute and of a core",
     "returns": "returns of drivers in the learner's environment: by chance, pure pursuit, trained",
     "gym_gap": "a lap of the same policy in the gym and over ROS",
     "peers": "the learner's environments beside other simulators of cars",

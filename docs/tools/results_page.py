@@ -48,6 +48,7 @@ WORDS = {  # in names of figures -> what the page says
     "khz": "kHz",
     "hz": "Hz",
 }
+DISTURBED = ("x", "actions/s")  # units of what other processes disturb
 ACTIONS = 15.0  # of the gym's car a simulated second
 
 
@@ -85,7 +86,7 @@ def named(figure: dict) -> str:
 def usable(found: dict) -> list[dict]:
     """The figures of a section without paces that were disturbed."""
     busy = found["others"] > IDLE
-    return [each for each in found["figures"] if not (busy and each["unit"] == "x")]
+    return [each for each in found["figures"] if not (busy and each["unit"] in DISTURBED)]
 
 
 def number(value: float) -> str:
@@ -230,6 +231,20 @@ TOLD = {
         ),
         "gym, ",
         axis="actions a second, times bare stepping, or one process",
+    ),
+    "actions": Told(
+        "Actions a second",
+        "`Paddock/Robot-v0` with the cart of the examples and `Paddock/DeepRacer-v1` by a constant "
+        "action, one environment and eight side by side in threads: of wall time, and of a core, "
+        "which is a second of processor time of all threads.",
+        told_if(
+            "By lidar `Robot-v0` takes {} in one world, {} in eight; by camera `DeepRacer-v1` {} "
+            "and {}.",
+            "Robot-v0, lidar of 24 rays, 1 world",
+            "Robot-v0, lidar of 24 rays, 8 worlds",
+            "DeepRacer-v1, camera of 160x120, 1 world",
+            "DeepRacer-v1, camera of 160x120, 8 worlds",
+        ),
     ),
     "returns": Told(
         "Returns",

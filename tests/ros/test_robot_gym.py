@@ -11,7 +11,7 @@ import networks
 import numpy as np
 import rospkg
 import rospy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, Vector3Stamped
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from paddock_common.process import stop_session
@@ -19,7 +19,17 @@ from paddock_gym.driver.robot import Source
 from paddock_gym.envs.describe import policy_description
 from paddock_gym.envs.robot import RobotEnv
 from paddock_gym.policy.onnx_policy import OnnxPolicy
-from sensor_msgs.msg import Image, Imu, JointState, LaserScan
+from sensor_msgs import point_cloud2
+from sensor_msgs.msg import (
+    Image,
+    Imu,
+    JointState,
+    LaserScan,
+    NavSatFix,
+    PointCloud,
+    PointCloud2,
+    Range,
+)
 from sim_client import START_LIMIT, Recorder, wait_connected, wait_running, wait_until
 from std_msgs.msg import Float64
 from stepping import Time
@@ -37,11 +47,14 @@ LAUNCH = """<launch>
         args="-urdf -file $(find paddock_tests)/ros/lidar_bot.urdf -model bot -z 0.08"/>
   <node name="bot_spawner" pkg="controller_manager" type="spawner" ns="/bot" output="screen"
         args="--timeout 120 joint_state_controller left right"/>
+  <node name="spawn_mast" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -file $(find paddock_tests)/ros/mast_bot.urdf -model mast -x 1.5 -z 0.06 -Y 3"/>
   <node name="listener" pkg="rostopic" type="rostopic" args="list" output="log"/>
 </launch>
 """
 POSE = {"position": "xyz", "orientation": "xyzw"}
 ACTIONS = 12
+LIMITS = 0.5, 1.0, 6.0, 6.0, 0.3, 0.3, 0.5  # of the random actions
 PERIOD = 0.1  # [s]
 
 
@@ -64,8 +77,21 @@ def arrays(message):
             "linear_acceleration": vector(message.linear_acceleration, "xyz"),
         }
     if isinstance(message, Image):
-        pixels = np.frombuffer(message.data, np.uint8)
-        return {"data": pixels.reshape(message.height, message.width, -1)}
+        kind = np.float32 if message.encoding == "32FC1" else np.uint8
+        pixels = np.frombuffer(message.data, kind).reshape(message.height, message.width, -1)
+        return {"data": pixels[..., 0] if message.encoding == "32FC1" else pixels}
+    if isinstance(message, PointCloud):
+        return {"points": [vector(point, "xyz") for point in message.points]}
+    if isinstance(message, PointCloud2):
+        is_dense = message.height == 1
+        points = point_cloud2.read_points(message, ("x", "y", "z"), skip_nans=is_dense)
+        return {"points": np.nan_to_num(np.array(list(points), np.float32), nan=0.0)}
+    if isinstance(message, NavSatFix):
+        return {"fix": vector(message, ("latitude", "longitude", "altitude"))}
+    if isinstance(message, Range):
+        return {"range": [message.range]}
+    if isinstance(message, Vector3Stamped):
+        return {"vector": vector(message.vector, "xyz")}
     pose, twist = message.pose.pose, message.twist.twist
     rows = {name: vector(getattr(pose, name), letters) for name, letters in POSE.items()}
     rows.update({name: vector(getattr(twist, name), "xyz") for name in ("linear", "angular")})
@@ -81,8 +107,20 @@ TOPICS = {
     "/bot/scan": LaserScan,
     "/bot/odom": Odometry,
     "/bot/joint_states": JointState,
+    "/mast/kinect/image": Image,
+    "/mast/kinect/depth": Image,
+    "/mast/kinect/points": PointCloud2,
+    "/mast/velodyne": PointCloud2,
+    "/mast/block": PointCloud,
+    "/mast/sonar": Range,
+    "/mast/fix": NavSatFix,
+    "/mast/fix_velocity": Vector3Stamped,
+    "/mast/magnetic": Vector3Stamped,
+    "/mast/odom": Odometry,
+    "/mast/truth": Odometry,
 }
-COMMANDS = ("/cmd_vel", "/bot/left/command", "/bot/right/command")
+TWISTS = ("/cmd_vel", "/mast/cmd_vel")
+COMMANDS = ("/cmd_vel", "/bot/left/command", "/bot/right/command", "/mast/cmd_vel")
 
 
 class RobotGym(unittest.TestCase):
@@ -97,7 +135,7 @@ class RobotGym(unittest.TestCase):
         wait_running("/bot", 3)
         recorders = {name: Recorder(name, kind) for name, kind in TOPICS.items()}
         publishers = [
-            rospy.Publisher(name, Twist if name == "/cmd_vel" else Float64, queue_size=1)
+            rospy.Publisher(name, Twist if name in TWISTS else Float64, queue_size=1)
             for name in COMMANDS
         ]
         for publisher in publishers:
@@ -109,12 +147,14 @@ class RobotGym(unittest.TestCase):
         env.reset(seed=1)
         rng, compared = np.random.default_rng(5), dict.fromkeys(TOPICS, 0)
         for _ in range(ACTIONS):
-            action = rng.uniform(-1.0, 1.0, 4).astype(np.float32) * (0.5, 1.0, 6.0, 6.0)
+            action = rng.uniform(-1.0, 1.0, 7).astype(np.float32) * LIMITS
             env.step(action)
-            twist = Twist()
+            twist, push = Twist(), Twist()
             numbers = env.actions.numbers(action)
             twist.linear.x, twist.angular.z = numbers[:2]
-            for publisher, message in zip(publishers, (twist, *map(Float64, numbers[2:]))):
+            push.linear.x, push.linear.y, push.angular.z = numbers[4:]
+            messages = twist, *map(Float64, numbers[2:4]), push
+            for publisher, message in zip(publishers, messages):
                 publisher.publish(message)
             time.go(PERIOD, 1)
             self.assertAlmostEqual(time.now, env.world.world.time, 9)
@@ -188,6 +228,9 @@ class RobotGym(unittest.TestCase):
         self.assertEqual(set(wanted), set(fields), name)
         for field, values in wanted.items():
             values = np.asarray(values, fields[field].dtype)
+            if field == "points" and len(values) < len(fields[field]):  # zeros behind what was hit
+                values = np.vstack([values.reshape(-1, 3), np.zeros_like(fields[field])])
+                values = values[: len(fields[field])]
             same = np.array_equal(values, fields[field], equal_nan=True)
             self.assertTrue(same, f"{name} {field} at {stamp}: {values} and {fields[field]}")
         self.sources[name].take(message)

@@ -34,6 +34,7 @@ UNRUN = {
     r"^./run (setup|bare|docs|ci|soak|bench|test|ruff)\b": "./run bare and CI do them",
     r"ruff|pytest": "./run test lint and ./run test themselves",
     r"^./run (train|evaluate|sweep|cluster)|policy": "trains: ./run test learning",
+    r"environment_beside_launch": "tests/long/test_environment_beside_launch.py",
     r"^./run desk|DESK_": "Chromium and a screen: ./run test desk",
     r"^./run (web|world gui|truck web)|bullet_web web|web:=true|--share": "./run test web",
     r"^./run (add|exec catkin_make install)": "fetches or builds for minutes: test_run_add.py, "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from bullet_sim.parts.outputs import DepthPointsOutput
+
 from paddock_gym.envs.robot import RobotEnv
 from paddock_gym.envs.tasks import Goal
 from paddock_gym.envs.topics import Observed, resolved
@@ -53,5 +55,6 @@ def _source(name: str, observed: Observed) -> dict[str, Any]:
         "fields": {field: list(shapes[field].shape) for field in ([part] if part else shapes)},
         "most": observed.most,
         "raw": bool(part),
+        "organized": isinstance(output, DepthPointsOutput),
         "dtype": str(observed.space.dtype),
     }

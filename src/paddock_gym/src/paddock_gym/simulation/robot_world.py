@@ -400,6 +400,16 @@ class RobotWorld:
         """Models that take commands, by their names."""
         return {command.model.name: command.model for command in self.commands.values()}
 
+    @property
+    def controllers(self) -> list[tuple[str, str]]:
+        """Namespace and name of each running controller."""
+        return [
+            (robot.namespace, config.name)
+            for robot in self._robots.values()
+            for _, config, state in robot.manager.list()
+            if state == "running"
+        ]
+
     def close(self) -> None:
         """Free engine and renderer."""
         self.cameras.close()
