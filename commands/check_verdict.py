@@ -297,14 +297,14 @@ def _refused(report):
 def _cannot(report, package, kind):
     owner, is_there, against = (*report.get("builders", {}).get(kind, ("", True)), "")[:3]
     if not owner:
-        why = f"package {package} has no such node; is the type spelt as its file, and the file "
-        why += "executable?"
+        why = f"package {package} has no such node; "
+        why += "is the type spelt as its file, and the file executable?"
     elif not is_there:
         remedy = report.get("remedies", {}).get(package, check_remedies.GENERIC)
         why = f"package {package} is not installed; {remedy}"
     elif against:
-        why = f"it is C++ of {owner}, which asks for {against}, and that does not exist here; a "
-        why += "node in Python can take its place"
+        why = f"it is C++ of {owner}, which asks for {against}, "
+        why += "and that does not exist here; a node in Python can take its place"
     else:
         why = f"it is C++ of {owner}, which is not built; build the workspace with catkin_make"
     return f"node {package}/{kind} cannot start: {why}"
