@@ -378,7 +378,7 @@ def test_a_robot_whose_motion_is_not_finite_is_named(make):
     env.reset(seed=1)
     link_motion = env.world.world.model("robot").body.link_motion
     body = env.world.world.model("robot").body
-    body.link_motion = lambda link: ((0.0,) * 3, (0.0,) * 4, *link_motion(link)[2:])
+    body.link_motion = lambda link, _=None: ((0.0,) * 3, (0.0,) * 4, *link_motion(link)[2:])
     with pytest.raises(GymError, match=r"model 'robot' cannot be measured at .* not finite"):
         env.step((0.0, 0.0))
 

@@ -81,9 +81,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = T
     welds: list[Joint] = []
     for joint in as_created(model) if as_in_gazebo else _parents_first(model):
         parent, pose = frames[joint.parent]
-        held = joint.name in model.measured or joint.name in model.kept
-        held |= not (is_rigid or model.is_urdf) and joint.kind == "fixed"
-        welded = held and not model.static and _is_stiff(joint)
+        welded = _is_welded(joint, model, is_rigid)
         if not welded and (joint.kind == "fixed" or model.static):
             frames[joint.child] = (parent, pose * joint.origin)
             _merge(links[parent], model.links[joint.child], pose * joint.origin)
@@ -91,8 +89,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = T
             inner = joint.anchor.inverse()  # the link's frame in the joint's
             frames[joint.child] = (joint.child, inner)
             links[joint.child] = moved(model.links[joint.child], inner)
-            remaining = _without_anchor(joint, parent, pose, welded)
-            (welds if welded else joints).append(remaining)
+            (welds if welded else joints).append(_without_anchor(joint, parent, pose, welded))
     if not model.static:
         for joint in (joint for joint in model.joints.values() if joint.closes):
             closing = _closing(joint, frames)
@@ -336,9 +333,12 @@ def _printed_shape(shape: Shape) -> Shape:
     return replace(shape, geometry=geometry, pose=pose)
 
 
-def _is_stiff(joint: Joint) -> bool:
-    """Whether a joint cannot move: fixed, or with both limits at 0."""
-    return joint.kind == "fixed" or (joint.lower is not None and joint.lower == joint.upper == 0.0)
+def _is_welded(joint: Joint, model: ModelDescription, is_rigid: bool) -> bool:
+    """Whether a joint is kept though it cannot move: it is fixed, or both of its limits are 0."""
+    kept = joint.name in model.measured or joint.name in model.kept
+    kept |= not (is_rigid or model.is_urdf) and joint.kind == "fixed"
+    stiff = joint.kind == "fixed" or (joint.lower is not None and joint.lower == joint.upper == 0.0)
+    return kept and stiff and not model.static
 
 
 def _copy(link: Link) -> Link:
