@@ -204,6 +204,26 @@ FLOAT = (
 )
 
 
+SONAR = (
+    '<gazebo reference="base"><sensor name="sonar" type="ray"><pose>0.2 0 0.1 0 0.5 0</pose>'
+    "<update_rate>20</update_rate><ray><scan><horizontal><samples>3</samples><min_angle>-0.1"
+    "</min_angle><max_angle>0.1</max_angle></horizontal></scan><range><min>0.1</min><max>3</max>"
+    '</range></ray><plugin name="sonar" filename="libgazebo_ros_range.so"><topicName>sonar'
+    "</topicName><frameName>base</frameName><gaussianNoise>0.01</gaussianNoise></plugin></sensor>"
+    "</gazebo></robot>"
+)
+
+
+def test_a_range_has_the_32_bits_of_its_message(make, tmp_path):
+    text = pathlib.Path(CART).read_text(encoding="utf-8").replace("</robot>", SONAR)
+    (tmp_path / "cart.urdf").write_text(text)
+    env = make(urdf=str(tmp_path / "cart.urdf"), pose=ON_GROUND, observation="sonar:range")
+    env.reset(seed=1)
+    seen = [env.step((0.1, 0.0))[0][0] for _ in range(5)]
+    assert len(set(seen)) == 5 and all(0.1 < value < 3.0 for value in seen), seen
+    assert seen == [float(np.float32(value)) for value in seen]
+
+
 def test_plugins_act_as_in_the_node_but_those_that_need_ros():
     floating = pathlib.Path(CART).read_text().replace("</robot>", FLOAT)
     world = RobotWorld(Recipe(spawns=(Spawn("cart", floating, Pose((0.0, 0.0, 0.1))),)))

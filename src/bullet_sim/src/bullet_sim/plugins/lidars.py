@@ -482,4 +482,4 @@ class RangeSensor(RaysSensor, TunedSensor):
             minimum = self.errors[0].measured((minimum,) * 3, period, times, self.rng)[0]
             lowest = spec.range_min if spec.limited else -math.inf
             minimum = float(np.clip(minimum, lowest, spec.range_max))
-        return ((minimum,),)
+        return ((float(np.float32(minimum)),),)  # as the message has it
