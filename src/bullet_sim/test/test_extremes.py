@@ -92,9 +92,7 @@ def test_commands_out_of_bounds_are_refused_and_the_last_stays(value):
     manager.load("speed", {"type": VELOCITY, "joint": "left"})
     manager.switch(["speed"], [])
     manager.command("speed", [3.0])
-    with pytest.raises(
-        CommandError, match="'speed' is .*must be a finite number.*1e.09"
-    ):
+    with pytest.raises(CommandError, match="'speed' is .*must be a finite number.*1e.09"):
         manager.command("speed", [value])
     assert joints.calls[-1] == ("velocity", ("left",), (3.0,))
     manager.command("speed", [1e9])
