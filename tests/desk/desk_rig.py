@@ -1,22 +1,16 @@
 """A desk as ./run desk starts it, and headless Chromium in front of it."""
 
 import base64
-import os
-import re
-import signal
 import socket
-import subprocess
 import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 from paddock_common.process import free_port
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from web_rig import LIMIT, ROOT, Run
 
-ROOT = Path(__file__).resolve().parents[2]
-LIMIT = 180.0  # longest wait for anything [s]
 SHOTS = ROOT / "test-results" / "desk"  # pictures for people
 OPTIONS = (
     "--headless=new",
@@ -30,7 +24,7 @@ CANVAS = "document.querySelector('#noVNC_container canvas')"
 sys.path.append(str(ROOT / "tests" / "ros"))  # for vnc_client
 
 
-class Desk:
+class Desk(Run):
     """./run desk.
 
     Attributes:
@@ -39,29 +33,8 @@ class Desk:
 
     def __init__(self, *arguments, master, **environ):
         """Starts it and reads the address."""
-        self.said = ""
-        self.process = subprocess.Popen(
-            [str(ROOT / "run"), "desk", "--port", str(free_port()), *arguments],
-            env={**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{master}", **environ},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-        for line in self.process.stdout:
-            self.said += line
-            if found := re.search(r"http://\S+/", line):
-                self.url = found[0].replace(socket.gethostname(), "127.0.0.1")
-                break
-        else:
-            raise AssertionError(f"no address: {self.said}")
-
-    def end(self):
-        """Ends it as Ctrl-C does; gives its exit status."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        self.said += self.process.communicate(timeout=LIMIT)[0]
-        return self.process.returncode
+        super().__init__("desk", "--port", str(free_port()), *arguments, master=master, **environ)
+        self.url = self.read(r"http://\S+/")[0].replace(socket.gethostname(), "127.0.0.1")
 
 
 class Browser:

@@ -8,13 +8,14 @@ import time
 import numpy as np
 import pytest
 import rospy
-from desk_rig import LIMIT, SHOTS, Desk
+from desk_rig import SHOTS, Desk
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.process import free_port
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 from vnc_client import ROW, stop_button
+from web_rig import LIMIT, join, wait
 
 CLICKS = 50
 LOSSY = 24  # how far JPEG may bend a colour
@@ -23,23 +24,6 @@ LISTEN = "window.addEventListener('mouseup', event => { window.released = perfor
 LISTEN += " + event.timeStamp }, true)"
 WINDOW = "from PyQt5.QtWidgets import *; app = QApplication([]); label = QLabel('here');"
 WINDOW += " label.setStyleSheet('background: #b3261e'); label.show(); app.exec_()"
-CONNECT = """
-const [url, done] = arguments;
-const socket = new WebSocket(url);
-socket.onopen = () => done("open");
-socket.onclose = event => done(event.wasClean ? "closed" : "refused");
-"""
-
-
-def wait(condition, what):
-    """Waits for a true value and returns it."""
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.05)
-    raise AssertionError(f"{what}: not within {LIMIT:g} s")
 
 
 def stop_in(browser):
@@ -51,15 +35,7 @@ def stop_in(browser):
 @pytest.fixture(scope="module")
 def node(desk):
     """This test as a node of the desk's ROS master: its lists of commands and of odometry."""
-
-    def there():
-        try:
-            return rospy.get_master().getPid()[0] == 1
-        except OSError:
-            return False
-
-    wait(there, "the desk's ROS master")
-    rospy.init_node("browser_test", disable_signals=True)
+    join("browser_test")
     commands, odometry = [], []
     rospy.Subscriber("/cmd_vel", Twist, lambda message: commands.append((time.time(), message)))
     rospy.Subscriber("/racecar/odom", Odometry, odometry.append)

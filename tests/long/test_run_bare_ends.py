@@ -28,15 +28,6 @@ def begun(bare, *arguments, **options):
 
 
 @where_it_works
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_interrupted_while_the_command_works(bare, number):
-    process = begun(bare.tarball(), HOLD)
-    status, said = bare.stopped(process, number)
-    assert (status, said) == (128 + number, "bare: interrupted, removing the machine\n")
-    assert bare.left() == []
-
-
-@where_it_works
 def test_interrupted_at_any_time(bare):
     """At times that are spread over a run: whatever it does then."""
     bare.tarball()

@@ -3,7 +3,6 @@
 import glob
 import os
 import re
-import signal
 import subprocess
 import tempfile
 import unittest
@@ -61,12 +60,6 @@ class Window:
         return tuple(
             int(re.search(f"{name}=(-?\\d+)", text)[1]) for name in ("X", "Y", "WIDTH", "HEIGHT")
         )
-
-    def place(self, x, y, width, height):
-        """Moves and resizes it."""
-        self._server.xdotool("windowmove", self._id, str(x), str(y))
-        self._server.xdotool("windowsize", self._id, str(width), str(height))
-        wait_until(lambda: self.geometry() == (x, y, width, height), "the window's new size")
 
     def click_record(self):
         """Clicks the button at the top right."""
@@ -145,17 +138,6 @@ class Driving(unittest.TestCase):
             stream = container.streams.video[0]
             self.assertEqual(stream.codec_context.name, "h264")
             self.assertGreater(sum(1 for _ in container.decode(stream)), 8)
-
-    def test_the_window_comes_back_where_it_was(self):
-        self.window.process.send_signal(signal.SIGSTOP)  # its move and its end come at once
-        try:
-            self.window.place(23, 31, 611, 503)
-            self.window.process.terminate()
-        finally:
-            self.window.process.send_signal(signal.SIGCONT)
-        self.assertEqual(self.window.close(), 0)
-        type(self).window = Window(self.server, self.folder)
-        wait_until(lambda: self.window.geometry() == (23, 31, 611, 503), "the window in its place")
 
     def log(self):
         with open(self.window.log, encoding="utf-8") as stream:

@@ -7,8 +7,9 @@ BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
 import results  # noqa: E402
+from figures import Spread  # noqa: E402
 from pairs import alternate  # noqa: E402
-from sections import SECTIONS  # noqa: E402
+from sections import SECTIONS, efficiency  # noqa: E402
 
 
 def test_what_is_kept_is_of_the_schema_and_of_a_section():
@@ -35,3 +36,14 @@ def test_what_is_saved_can_be_read(tmp_path, monkeypatch):
     assert (figure["name"], figure["unit"]) == ("ode, steps, a car", "")
     assert (found["name"], found["others"]) == ("solver", 0.0)
     assert found["machine"]["cores"] >= 1 and found["machine"]["processor"]
+
+
+def test_what_limits_a_variant_is_told():
+    rounds = [
+        {"shares": {"steps": steps, "messages": 0.3, "sockets": 0.05}} for steps in (0.5, 0.6, 0.7)
+    ]
+    shares = efficiency._shares(rounds)
+    assert shares == {"steps": 0.6, "messages": 0.3, "sockets": 0.05}
+    ratio = Spread.of([0.4, 0.48, 0.5]).figures()
+    text = efficiency._bound({"shares": shares, "ratio": ratio})
+    assert text == "steps 60 %, messages 30 %, sockets 5 %; with nothing but steps it would be 0.80"

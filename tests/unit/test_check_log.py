@@ -18,17 +18,12 @@ from commands import check_log, check_python, check_roslaunch, check_verdict
         ("ModuleNotFoundError: No module named 'serial.tools' (x, line 3)", "python3-serial"),
         ("ModuleNotFoundError: No module named 'car.msg'", "package car is not built"),
         ("ModuleNotFoundError: No module named 'some_net'", "pip install some_net"),
-        (
-            "ModuleNotFoundError: No module named 'turtlesim.msg'",
-            "; ./run add turtlesim",
-        ),
+        ("ModuleNotFoundError: No module named 'turtlesim.msg'", "; ./run add turtlesim"),
         ("NameError: name 'speed' is not defined", ""),
     ],
 )
 def test_what_helps_against_what_python_raised(said, words):
-    found = check_python.remedy(
-        said, {"car"}.__contains__, lambda names: set(names) & {"python3-serial"}
-    )
+    found = check_python.remedy(said, {"car"}.__contains__, {"python3-serial"}.intersection)
     assert words in found if words else found == ""
 
 
@@ -225,41 +220,31 @@ def test_the_launch_log(tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        (
-            "Done checking log.\nResource not found: ferry\nROS path [0]=/a\nROS path [1]=/b\n",
-            "ferry",
-        ),
-        ("Done checking log.\nunused args [x] for include of [a.launch]\n", "unused args [x]"),
+        ("Resource not found: ferry\nROS path [0]=/a\nROS path [1]=/b\n", "ferry"),
+        ("unused args [x] for include of [a.launch]\n", "unused args [x]"),
     ],
 )
 def test_what_roslaunch_refuses(tmp_path, text, words):
+    text = f"Done checking log.\n{text}"
     refused = read(tmp_path, f"{text}The traceback for the exception was written to the log")
-    refused = refused["refused"]
-    assert words in refused and "ROS path" not in refused
+    assert words in refused["refused"] and "ROS path" not in refused["refused"]
     assert read(tmp_path, text)["refused"] is None
 
 
-def test_files_of_one_name_are_named(tmp_path):
-    text = "RLException: multiple files named [a] in package [b]:\n- /b/1\n- /b/2\nPlease specify\n"
-    refused = read(tmp_path, text)["refused"]
-    assert refused == "multiple files named [a] in package [b]: - /b/1 - /b/2"
+WITHIN = "while processing /a/b.launch:\nwhile processing /a/c.machine:\n"  # each that includes
 
 
 @pytest.mark.parametrize(
     "text, refused",
     [
-        (
-            "environment variable 'HULL' is not set. \n\nMachine xml is <machine/>\n",
-            "environment variable 'HULL' is not set. (in /a/c.machine)",
-        ),
-        (
-            "Invalid roslaunch XML syntax: [Errno 2] No such file or directory: "
-            "'/home/ada/x.launch'\nThe traceback for the exception was written to the log file\n",
-            "there is no file /home/ada/x.launch",
-        ),
+        ("multiple files named [a] in package [b]:\n- /b/1\n- /b/2\nPlease specify\n",
+         "multiple files named [a] in package [b]: - /b/1 - /b/2"),
+        (WITHIN + "environment variable 'HULL' is not set. \n\nMachine xml is <machine/>\n",
+         "environment variable 'HULL' is not set. (in /a/c.machine)"),
+        (WITHIN + "Invalid roslaunch XML syntax: [Errno 2] No such file or directory: "
+         "'/home/ada/x.launch'\nThe traceback for the exception was written to the log file\n",
+         "there is no file /home/ada/x.launch"),
     ],
-)
-def test_the_cause_in_an_included_file(tmp_path, text, refused):
-    """roslaunch says it of each file that includes the next."""
-    text = f"RLException: while processing /a/b.launch:\nwhile processing /a/c.machine:\n{text}"
-    assert read(tmp_path, text)["refused"] == refused
+)  # fmt: skip
+def test_the_cause_is_said_alone(tmp_path, text, refused):
+    assert read(tmp_path, f"RLException: {text}")["refused"] == refused

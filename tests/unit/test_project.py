@@ -67,11 +67,3 @@ def test_an_address_reaches_all_and_goes_again(tmp_path):
     for path, text in project.changed(tmp_path):
         path.write_text(text)
     assert {path: path.read_text() for path in before} == before
-
-
-@pytest.mark.parametrize("line", ['repository: "git@host:x"', 'repository: "https://host"'])
-def test_what_is_no_address_is_refused(tmp_path, line):
-    (tmp_path / "docs").mkdir()
-    (tmp_path / project.FILE).write_text(f'{line}\ncontact: ""\n')
-    with pytest.raises(ValueError, match="it must be like"):
-        project.read(tmp_path)

@@ -12,7 +12,7 @@ from cv_bridge import CvBridge
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
-from web_rig import LIMIT, ROOT, SHOTS, wait
+from web_rig import LIMIT, ROOT, SHOTS, join, wait
 
 pytestmark = pytest.mark.isolated  # it is a ROS node
 
@@ -63,14 +63,7 @@ class Node:
     """This test as a node of the world's ROS master."""
 
     def __init__(self):
-        def there():
-            try:
-                return rospy.get_master().getPid()[0] == 1
-            except OSError:
-                return False
-
-        wait(there, "the ROS master")
-        rospy.init_node("page_test", disable_signals=True)
+        join("page_test")
         self.commands, self.odometry = [], []
         rospy.Subscriber("/cmd_vel", Twist, self.commands.append)
         rospy.Subscriber("/racecar/odom", Odometry, self.odometry.append)

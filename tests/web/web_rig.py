@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import rospy
 from PIL import Image
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
@@ -46,6 +47,19 @@ def wait(condition, what):
             return value
         time.sleep(0.05)
     raise AssertionError(f"{what}: not within {LIMIT:g} s")
+
+
+def join(name):
+    """Makes this process a node, once there is a ROS master."""
+
+    def there():
+        try:
+            return rospy.get_master().getPid()[0] == 1
+        except OSError:
+            return False
+
+    wait(there, "the ROS master")
+    rospy.init_node(name, disable_signals=True)
 
 
 class Run:

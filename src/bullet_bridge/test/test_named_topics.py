@@ -82,23 +82,6 @@ def test_messages_come_on_the_topic_and_in_the_frame_that_are_named(world, topic
     assert found["/ns/given/topic"].header.frame_id == ("mine" if frame else "left_wheel")
 
 
-@pytest.mark.parametrize(
-    "library",
-    ["gazebo_ros_ft_sensor", "gazebo_ros_imu", "gazebo_ros_p3d", "gazebo_ros_range",
-     "hector_gazebo_ros_imu", "hector_gazebo_ros_gps", "hector_gazebo_ros_magnetic",
-     "hector_gazebo_ros_sonar"],
-)  # fmt: skip
-def test_messages_come_at_the_rate_that_is_named(world, topics, library):
-    tags = [("robotNamespace", "ns"), (NAMED[library][1], "given"), ("updateRate", 5)]
-    plugin = made(world, library, tags)
-    plugin.schedule.check_subscribers(world.step_count)
-    for _ in range(2000):
-        world.step(1)
-        if plugin.schedule.due(world.step_count):
-            plugin.update(world.time, 0.0)
-    assert len(topics["/ns/given"].messages) == pytest.approx(10, abs=1)
-
-
 def test_the_body_that_is_named_is_measured(world, topics):
     """The left wheel's place; where no frame is named, hector's sensors have the body's name."""
     found = {}

@@ -16,3 +16,14 @@ def world(request):
     made = World(**getattr(request.module, "WORLD", {}), **solver)
     yield made
     made.close()
+
+
+@pytest.fixture(scope="module")
+def gl(request):
+    """The OpenGL renderer without antialiasing, with the SHADOWS of the test's module."""
+    from bullet_sim.render.gl.renderer import GlRenderer
+    from bullet_sim.render.request import Quality
+
+    renderer = GlRenderer(Quality(getattr(request.module, "SHADOWS", "true"), "false"))
+    yield renderer
+    renderer.close()

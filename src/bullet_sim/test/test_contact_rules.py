@@ -13,6 +13,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
 from PIL import Image
+from urdf_texts import joint, link, robot
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -263,11 +264,11 @@ def test_a_robot_whose_damping_is_unstable_ends_nothing_but_itself(damping):
     """Damping acts by the velocity before the step, as in Gazebo: here it grows 9 times and more in
     each step, until it is no number."""
     arm = parse_urdf(
-        '<robot name="arm"><link name="world"/><link name="tip"><inertial><origin xyz="0.1 0 0"/>'
-        '<mass value="0.1"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/>'
-        '</inertial><collision><geometry><sphere radius="0.05"/></geometry></collision></link>'
-        '<joint name="j" type="continuous"><parent link="world"/><child link="tip"/>'
-        f'<axis xyz="0 1 0"/><dynamics damping="{damping}"/></joint></robot>',
+        robot(
+            '<link name="world"/>',
+            link("tip", 0.1, 1e-5, '<sphere radius="0.05"/>', center="0.1 0 0"),
+            joint("j", "continuous", "world", "tip", more=f'<dynamics damping="{damping}"/>'),
+        ),
         nowhere,
         "arm",
     )

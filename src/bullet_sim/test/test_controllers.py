@@ -200,12 +200,6 @@ def test_loading_twice_is_refused_and_the_first_stays(manager):
     assert manager.list()[0][1].type == VELOCITY
 
 
-def test_failed_load_leaves_nothing(manager):
-    with pytest.raises(ControllerError):
-        manager.load("bad", {"type": "x"})
-    assert "bad" not in states(manager)
-
-
 def test_unload(manager):
     manager.switch(["speed"], [])
     with pytest.raises(ControllerError, match="with name 'speed' because it is still running"):

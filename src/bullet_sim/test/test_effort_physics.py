@@ -85,19 +85,6 @@ def test_position_beyond_the_stop_ends_at_the_stop(world):
     assert manager.get("c").sample.set_point == 1.0
 
 
-def test_reset_gives_the_same_bits_again(world):
-    manager = start(
-        world, "arm", "JointPositionController", pid={"p": 5.0, "d": 0.7, "i": 1.0, "i_clamp": 1.0}
-    )
-    results = []
-    for _ in range(2):
-        manager.command("c", [1.0])
-        results.append(run(world, 300))
-        world.reset()
-    assert results[0] == results[1]
-    assert run(world, 10)[0]["arm"] == 0.0
-
-
 def hanging(solver, interface):
     """World in which the slider is pulled along its axis; its <transmission> has an interface."""
     world = World(gravity=(-5.0, 0.0, 0.0), solver=solver)

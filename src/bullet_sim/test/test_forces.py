@@ -8,7 +8,6 @@ from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
 from bullet_sim.errors import CommandError, ModelError
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from urdf_texts import joint, link, robot
 
 MASS, MOMENTS = 2.0, (0.02, 0.03, 0.04)
@@ -104,21 +103,6 @@ def test_efforts_on_joints_of_one_name_are_cleared_together(world):
         world.forces.apply_effort(model, "axle", 0.1, (0, math.inf))
     assert world.forces.clear_joint("two::axle") == 0, "as in gazebo_ros: the plain name counts"
     assert world.forces.clear_joint("axle") == 2 and not world.forces.active
-
-
-def test_one_batch_of_steps_is_the_same_as_single_steps():
-    ends = []
-    for batches in ([400], [1] * 400, [399, 1]):
-        world = World(gravity=(0.0, 0.0, 0.0))
-        model = body(world)
-        world.forces.apply_wrench(
-            model, "link", (1, 2, 3), (0.1, 0, 0), step_range(0, 0.001, 0.05, 0.2)
-        )
-        for count in batches:
-            world.step(count)
-        ends.append(model.pose)
-        world.close()
-    assert ends[0] == ends[1] == ends[2]
 
 
 @pytest.mark.parametrize(

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from bullet_sim.description.model import Finish, Geometry, Shape, TextureMapping, VisualLink
 from bullet_sim.description.world import Scene
-from bullet_sim.errors import RenderError
 from bullet_sim.formats.ogre import complete, look, read_script
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose
-from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.request import CameraRequest, Quality
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.snapshot import BodySource, Snapshot
 from gazebo_looks import GIVEN, NAMED, PASSES
 from PIL import Image
+
+SHADOWS = "false"
 
 GAZEBO = (
     "<material><script><uri>file://media/materials/scripts/gazebo.material</uri>"
@@ -24,16 +24,6 @@ WORLD = """<sdf version="1.6"><world name="w"><scene><shadows>0</shadows></scene
 <visual name="v"><geometry>{}</geometry>{}</visual></link></model></world></sdf>"""
 QUARTERS = ((0.15, 0.3), (0.15, -0.3), (-0.15, 0.3), (-0.15, -0.3))  # x, y [m] on the box
 HEIGHT, SIZE, ANGLE = 20.0, 80, 0.05  # of the camera: [m], [px], [rad]
-
-
-@pytest.fixture(name="gl", scope="module")
-def _gl():
-    try:
-        renderer = GlRenderer(Quality("false", "false"))
-    except RenderError as error:
-        pytest.fail(f"no OpenGL by EGL here: {error}")
-    yield renderer
-    renderer.close()
 
 
 @pytest.fixture(name="folder", scope="module")

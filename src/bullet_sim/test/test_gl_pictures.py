@@ -9,7 +9,6 @@ from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualL
 from bullet_sim.description.world import SUN, Fog, Scene
 from bullet_sim.engine.api import Rays
 from bullet_sim.engine.bullet.client import Client
-from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer, projection
 from bullet_sim.render.request import CameraRequest, Distortion, Intrinsics, Lens, Quality
@@ -26,16 +25,6 @@ DOWN = ((0.0, 0.0, 5.0), (0.0, np.pi / 2, 0.0))  # 5 m high, looks down, the pic
 AHEAD = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 ZENITH = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5), specular=(0.0,) * 3)
 PLAIN = Scene(ambient=(0.2, 0.2, 0.2), background=(0.0, 0.0, 0.0), lights=(ZENITH,))
-
-
-@pytest.fixture(name="gl", scope="module")
-def _gl():
-    try:
-        renderer = GlRenderer(Quality("true", "false"))
-    except RenderError as error:
-        pytest.fail(f"no OpenGL by EGL here: {error}")
-    yield renderer
-    renderer.close()
 
 
 def view(pose=DOWN, width=200, height=200, **changes):

@@ -10,27 +10,15 @@ import numpy as np
 import pytest
 from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualLink
 from bullet_sim.description.world import Scene
-from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
-from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.gl.shadows import Map
-from bullet_sim.render.request import CameraRequest, Quality
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from pinhole import OPTICAL_FROM_CAMERA
 
 EDGE = 0.015  # [m] from a shadow's edge, across the sun's rays: 1.5 texels of a wide map
 NEAR, LIFT = 1e-6, 1e-4  # [m] how far a ray starts from its surface, and what counts as a hit
-
-
-@pytest.fixture(name="gl", scope="module")
-def _gl():
-    try:
-        renderer = GlRenderer(Quality("true", "false"))
-    except RenderError as error:
-        pytest.fail(f"no OpenGL by EGL here: {error}")
-    yield renderer
-    renderer.close()
 
 
 def box(size, xyz, rpy=(0.0, 0.0, 0.0), color=0.5):

@@ -7,30 +7,18 @@ import sys
 import pytest
 from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.formats.urdf import parse_urdf
-from urdf_texts import link
-
-
-def joint(name, parent, kind, xyz="0 0 0", rpy="0 0 0", axis="0 0 1"):
-    """A <joint> to the link of its own name."""
-    return (
-        f'<joint name="{name}" type="{kind}"><origin xyz="{xyz}" rpy="{rpy}"/><parent '
-        f'link="{parent}"/><child link="{name}_link"/><axis xyz="{axis}"/>'
-        '<limit lower="-3" upper="3" effort="10" velocity="300"/></joint>'
-    )
-
+from urdf_texts import CONTROL, joint, link, robot
 
 # A fork with a wheel 0.5 m ahead of its axis, and a slider, on a body of 8 kg.
-URDF = (
-    '<robot name="bot">'
-    + link("body", 8, 0.6)
-    + link("fork_link", 1, 0.02, center="0.2 0 0")
-    + joint("fork", "body", "revolute", "1 0 0")
-    + link("wheel_link", 2, 0.004)
-    + joint("wheel", "fork_link", "continuous", "0.5 0 0", "1.5707963 0 0")
-    + link("slider_link", 2, 0.1)
-    + joint("slider", "body", "prismatic", axis="1 0 0")
-    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-)
+LIMIT = '<limit lower="-3" upper="3" effort="10" velocity="300"/>'
+URDF = robot(
+    link("body", 8, 0.6), link("fork_link", 1, 0.02, center="0.2 0 0"),
+    joint("fork", "revolute", "body", "fork_link", "1 0 0", "0 0 1", LIMIT),
+    link("wheel_link", 2, 0.004),
+    joint("wheel", "continuous", "fork_link", "wheel_link", "0.5 0 0"),
+    link("slider_link", 2, 0.1),
+    joint("slider", "prismatic", "body", "slider_link", axis="1 0 0", more=LIMIT), CONTROL,
+)  # fmt: skip
 JOINTS = ("fork", "wheel", "slider")
 FORK = 0.02 + 1 * 0.2**2 + 0.004 + 2 * 0.5**2  # [kg m^2] about its own axis
 
@@ -49,20 +37,18 @@ def test_inertias_of_a_free_robot_are_the_reduced_ones():
 
 def test_the_last_bits_do_not_depend_on_the_hashes_of_names():
     """Sets of strings have another order in each process: sums must not follow it."""
-    links = "".join(
-        f'<link name="l{n}"><inertial><mass value="{0.1 + n / 7.0}"/><inertia ixx="{0.1 / (n + 3)}"'
-        f' iyy="{0.2 / (n + 3)}" izz="{0.15 / (n + 3)}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    links = (
+        link(f"l{n}", 0.1 + n / 7.0, (0.1 / (n + 3), 0.2 / (n + 3), 0.15 / (n + 3)))
         for n in range(9)
     )
-    joints = "".join(
-        f'<joint name="j{n}" type="continuous"><origin xyz="{n / 3.0} 0.1 0"/><parent link="l{n}"/>'
-        f'<child link="l{n + 1}"/><axis xyz="0 0 1"/></joint>'
+    joints = (
+        joint(f"j{n}", "continuous", f"l{n}", f"l{n + 1}", f"{n / 3.0} 0.1 0", "0 0 1")
         for n in range(8)
     )
     script = (
         "from bullet_sim.description.lump import joint_inertias, lump\n"
         "from bullet_sim.formats.urdf import parse_urdf\n"
-        f"text = {'<robot name=' + chr(39) + 'r' + chr(39) + '>' + links + joints + '</robot>'!r}\n"
+        f"text = {robot(*links, *joints)!r}\n"
         "print(joint_inertias(lump(parse_urdf(text, str, 'r')), False, ['j2', 'j7']))"
     )
     seen = {

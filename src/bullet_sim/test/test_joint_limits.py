@@ -342,19 +342,6 @@ def test_a_stop_leaves_the_command_that_the_limits_have_held():
     world.close()
 
 
-def test_a_saved_state_of_limited_commands_goes_on_with_the_same_bits():
-    world, manager = controlled("velocity", 'effort="5" velocity="30"', **{
-        "has_acceleration_limits": True, "max_acceleration": 10.0,
-    })  # fmt: skip
-    manager.command("c", [15.0])
-    world.step(100)
-    state = world.save_state()
-    first = turned(world, 200)
-    world.restore_state(state)
-    assert turned(world, 200) == first
-    world.close()
-
-
 @pytest.mark.parametrize(
     "start, end, lower, upper, expected",
     [

@@ -11,14 +11,14 @@ from bullet_sim.description.world import Scene
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
-from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.lenses import plan_distortion
-from bullet_sim.render.request import CameraRequest, Distortion, Intrinsics, Lens, Quality
+from bullet_sim.render.request import CameraRequest, Distortion, Intrinsics, Lens
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, Snapshot
 from pinhole import OPTICAL_FROM_CAMERA, project
 
 pytestmark = pytest.mark.usefixtures("sketches")
+SHADOWS = "false"
 
 LENSES = [
     Distortion(-0.3, 0.05, crop=True),
@@ -28,13 +28,6 @@ LENSES = [
     Distortion(0.2, -0.1, 0.05, center=(0.4, 0.55)),
 ]
 SIZE, FOV = (320, 240), 1.3
-
-
-@pytest.fixture(name="gl", scope="module")
-def _gl():
-    renderer = GlRenderer(Quality("false", "false"))
-    yield renderer
-    renderer.close()
 
 
 def marks():

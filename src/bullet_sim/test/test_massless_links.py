@@ -7,6 +7,7 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from urdf_texts import inertial, robot
+from urdf_texts import joint as urdf_joint
 
 BOX = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
 
@@ -16,10 +17,7 @@ def link(name, mass=None, more=BOX):
 
 
 def joint(parent, child, kind="continuous"):
-    return (
-        f'<joint name="{child}_j" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        "</joint>"
-    )
+    return urdf_joint(f"{child}_j", kind, parent, child)
 
 
 CART = robot(

@@ -59,18 +59,10 @@ def test_link_properties(model):
 
 
 def test_a_mass_for_a_fixed_base_does_not_release_it(world):
-    link = (
-        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"'
-        ' ixy="0" ixz="0" iyz="0"/></inertial>'
-        '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
-    )
-    text = (
-        f'<robot name="r"><link name="world"/><link name="base">{link}</link>'
-        f'<link name="arm">{link}</link><joint name="weld" type="fixed">'
-        '<parent link="world"/><child link="base"/></joint>'
-        '<joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/></joint>'
-        "</robot>"
-    )
+    text = robot(
+        '<link name="world"/>', link("base", 1, 1), link("arm", 1, 1),
+        joint("weld", "fixed", "world", "base"), joint("hinge", "continuous", "base", "arm"),
+    )  # fmt: skip
     model = world.spawn_urdf("held", text, Pose((0, 0, 5)), str)
     root = next(iter(model.rigid_parts))
     _, center, inertia, _ = changes.link_properties(model, root)
@@ -94,11 +86,7 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
 
 
 def test_gravity_is_switched_off_and_on_and_survives_a_reset(world):
-    text = (
-        '<robot name="b"><link name="ball"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
-        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    ball = world.spawn_urdf("b", text, Pose((0, 9, 5)), str)
+    ball = world.spawn_urdf("b", robot(link("ball", 2, 1)), Pose((0, 9, 5)), str)
     world.engine.set_gravity((0.0, 0.0, -9.81))
 
     def fall():

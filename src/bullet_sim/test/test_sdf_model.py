@@ -45,11 +45,6 @@ def joint(content="", kind="revolute", parent="a", child="b", name="j"):
 WORLD = {"gravity": (0.0, 0.0, 0.0)}
 
 
-def spawn(world, description):
-    """A Model at the origin."""
-    return world.spawn(description)
-
-
 def test_poses_relative_to_other_parts():
     model = model_of(
         '<link name="a"/><frame name="f" attached_to="a"><pose>1 0 0 0 0 1.5707963267948966'
@@ -117,8 +112,7 @@ def test_nested_models_are_flattened():
 
 def test_joint_turns_about_its_own_pose(world):
     """A door of 2 m whose hinge is at its edge, 1 m from its middle."""
-    model = spawn(
-        world,
+    model = world.spawn(
         model_of(
             f'<link name="a">{MASS}</link><link name="b"><pose>1 0 0 0 0 0</pose>{MASS}</link>'
             + joint("<pose>-1 0 0 0 0 0</pose><axis><xyz>0 0 1</xyz></axis>")
@@ -166,8 +160,7 @@ def test_limits_and_kinds():
 
 def test_world_as_parent_holds_a_link_whose_joint_turns(world):
     world.engine.set_gravity((0, 0, -9.81))
-    model = spawn(
-        world,
+    model = world.spawn(
         model_of(
             f'<link name="a"><pose>0 0 1 0 0 0</pose>{MASS}</link>'
             + joint("<axis><xyz>0 0 1</xyz></axis>", parent="world", child="a")
@@ -497,7 +490,7 @@ def test_picture_of_a_script_is_drawn(park, tmp_path):
         tmp_path / "materials" / "textures" / "grass.png"
     )
     world, client = World(), Client(draw=True)
-    source = spawn(world, model).source
+    source = world.spawn(model).source
     client.load_text(source.key, visual_urdf(source.links, source.converted), "0")
     view = camera.view_matrix(
         (0, 0, 3), np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -564,8 +557,7 @@ def test_a_robot_in_a_world_file():
 
 
 def test_static_models_may_be_any_pose(world):
-    model = spawn(
-        world,
+    model = world.spawn(
         model_of(
             '<static>true</static><link name="a"><pose>0 0 1 0 0 0</pose>'
             '<collision name="c"><geometry><box/></geometry></collision>'

@@ -9,6 +9,7 @@ from bullet_sim.controllers.steer_bot import SteerBotJoints, parse_steer_bot
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from fake_joints import COVARIANCES, FakeJoints
+from urdf_texts import joint
 
 pytestmark = pytest.mark.usefixtures("sketches")
 
@@ -26,18 +27,19 @@ PARAMETERS = {
 }
 
 
-def _joint(name, x, y, kind="continuous"):
-    return (
-        f'<link name="{name}_l"/><joint name="{name}" type="{kind}"><origin xyz="{x} {y} 0"/>'
-        f'<parent link="base"/><child link="{name}_l"/><limit lower="-1" upper="1" effort="1" '
-        'velocity="9"/></joint>'
-    )
-
-
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="9"/>'
 DESCRIPTION = parse_urdf(
     '<robot name="bot"><link name="base"/>'
     + "".join(
-        _joint(name, 0.4 if name[0] in "fs" else -0.3, 0.2 if name[1] == "l" else -0.2)
+        f'<link name="{name}_l"/>'
+        + joint(
+            name,
+            "continuous",
+            "base",
+            f"{name}_l",
+            f"{0.4 if name[0] in 'fs' else -0.3} {0.2 if name[1] == 'l' else -0.2} 0",
+            more=LIMIT,
+        )
         for name in (*CAR, "spare")
     )
     + '<gazebo><plugin filename="libgazebo_ros_control.so"><robotSimType>'
@@ -135,10 +137,10 @@ def test_the_commanded_joints_report_the_mean_of_their_pair():
 
 def test_only_its_joints_can_be_controlled_by_their_interfaces():
     _, manager = _manager()
-    for joint, words in (("spare", "does not exist"), ("fl", "offers state"), ("sl", "position")):
+    for name, words in (("spare", "does not exist"), ("fl", "offers state"), ("sl", "position")):
         with pytest.raises(ControllerError, match=words):
             kind = "velocity_controllers/JointVelocityController"
-            manager.load(joint, {"type": kind, "joint": joint})
+            manager.load(name, {"type": kind, "joint": name})
 
 
 def test_sizes_that_are_not_given_come_from_the_description():

@@ -224,8 +224,7 @@ def test_an_inertia_that_no_rigid_body_has(moments, solver, loaded):
     """A torque of 1 N m accelerates the link by 1 / I. Gazebo takes the moments as they are;
     PyBullet alone takes 0, so two of them grow."""
     world = World(solver=solver)
-    inertia = 'ixx="{}" iyy="{}" izz="{}"'.format(*moments)
-    disc = f'<inertial><mass value="1"/><inertia {inertia} ixy="0" ixz="0" iyz="0"/></inertial>'
+    disc = inertial(1, moments)
     model = world.spawn_urdf(
         "r",
         robot(

@@ -232,13 +232,19 @@ MAST = robot(
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("solver", ["bullet", "ode"])
-def test_reset_models_puts_back_poses_and_stops_but_keeps_joints_and_time(solver):
+def moved_mast(solver):
+    """A world with a robot that was moved and turned, the robot, and its pose before."""
     world = World(gravity=(0.0, 0.0, 0.0), solver=solver)
     start = Pose.from_xyz_rpy((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
     model = world.spawn_urdf("r", MAST, start, str)
     model.joints.set_positions({"turn": 0.8})
     model.set_state(Pose((4.0, 4.0, 4.0)), (1, 0, 0), (0, 0, 2))
+    return world, model, start
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_reset_models_puts_back_poses_and_stops_but_keeps_joints_and_time(solver):
+    world, model, start = moved_mast(solver)
     world.forces.apply_effort(model, "turn", 0.1, (0, 50))
     world.step(100)
     turned = model.joints.arrays()[0][0]
@@ -260,11 +266,7 @@ def test_reset_models_puts_back_poses_and_stops_but_keeps_joints_and_time(solver
 
 @pytest.mark.parametrize("solver", ["bullet", "ode"])
 def test_start_over_puts_joints_back_too_and_wrenches_go_on_in_their_time(solver):
-    world = World(gravity=(0.0, 0.0, 0.0), solver=solver)
-    start = Pose.from_xyz_rpy((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
-    model = world.spawn_urdf("r", MAST, start, str)
-    model.joints.set_positions({"turn": 0.8})
-    model.set_state(Pose((4.0, 4.0, 4.0)), (1, 0, 0), (0, 0, 2))
+    world, model, start = moved_mast(solver)
     world.forces.apply_wrench(model, "base", (5, 0, 0), (0, 0, 0), (150, 200))
     world.step(100)
     world.start_over()

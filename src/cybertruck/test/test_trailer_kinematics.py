@@ -18,7 +18,7 @@ from cybertruck.trailer.geometry import (
     trailer_curvature_limit,
 )
 from cybertruck.trailer.kinematics import hitch_position, rear_axle, trailer_axle
-from cybertruck.trailer.laws import curvature_law, hitch_law, hold_law
+from cybertruck.trailer.laws import curvature_law, hitch_law
 from trailer_sim import advance, derivative, hitch_rate, trailer_curvature
 from vehiclemodels.vehicle_dynamics_kst import vehicle_dynamics_kst
 
@@ -147,16 +147,6 @@ def test_hitch_law_makes_the_error_decay_along_arc_length(geometry):
         assert hitch_rate(-1.0, hitch, curvature, geometry) == pytest.approx(
             -(hitch - 0.2) / 0.4, abs=1e-12
         )
-
-
-@pytest.mark.parametrize("geometry", (OFF_AXLE, ON_AXLE))
-def test_held_curvature_is_reached_asymptotically(geometry):
-    state = np.array((0.0, 0.0, 0.0, 0.4))
-    for _ in range(1500):
-        curvature = hold_law(0.5, state[3], 0.4, geometry)
-        state = advance(state, -0.3, curvature, 0.02, geometry)
-    curvature = hold_law(0.5, state[3], 0.4, geometry)
-    assert trailer_curvature(state[3], curvature, geometry) == pytest.approx(0.5, abs=1e-6)
 
 
 def test_jackknife_angle():

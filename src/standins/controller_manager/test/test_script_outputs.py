@@ -29,17 +29,16 @@ class Manager:
         """Whether all of them can be switched."""
         return "no" not in (*start, *stop)
 
-    def reload_libraries(self, force_kill):
-        """Whether nothing is in the way."""
-        return force_kill
+    def call(self, service, *arguments):
+        """What can be loaded; whether nothing is in the way of a reload."""
+        if service == "list_controller_types":
+            return SimpleNamespace(types=["x/Y"])
+        assert service == "reload_controller_libraries"
+        return SimpleNamespace(ok=arguments[0])
 
     def list(self):
         """What is loaded."""
         return [SimpleNamespace(name=n, state=s, claimed_resources=[]) for n, s in self.STATES]
-
-    def list_types(self):
-        """What can be loaded."""
-        return [("x/Y", "controller_interface::ControllerBase")]
 
 
 class Missing(Manager):
