@@ -25,12 +25,14 @@ _STANDARD = re.compile(
 _BEFORE_FFMPEG_5 = re.compile(
     r"\bavcodec_get_context_defaults3\b|(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
 )
+_GAZEBO = re.compile(r"\bgazebo\b", re.I)
 _COMMENT = re.compile(r"#.*")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
     "headers": "headers under their old names",
     "ffmpeg": "names of FFmpeg before 5, and its codecs without const",
+    "protobuf": "the Protocol Buffers of Gazebo's libraries, if they are there",
     "standard": f"C++ {OLDEST_STANDARD} in place of an older one, which log4cxx needs",
 }
 
@@ -42,7 +44,7 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, ffmpeg, standard and boost_NAME.
+        List of placeholders, headers, ffmpeg, standard, protobuf and boost_NAME.
     """
     cmake, sources = texts(folder)
     result = []
@@ -59,6 +61,8 @@ def needs_of(folder):
         result.append("ffmpeg")
     if _needs_standard() and _STANDARD.search(cmake):
         result.append("standard")
+    if re.search(r"find_package\s*\(\s*protobuf\b", cmake, re.I) and _GAZEBO.search(cmake):
+        result.append("protobuf")
     for name in BOOST:
         used = re.compile(rf"#\s*include\s*<boost/{name}(?:\.hpp|/)")
         if name not in cmake and sources and any(used.search(text) for text in sources):

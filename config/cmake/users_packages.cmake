@@ -1,6 +1,6 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, ffmpeg, standard, boost_NAME, messages_NAME. Packages that need nothing
+# a list of placeholders, headers, ffmpeg, standard, protobuf, boost_NAME, messages_NAME. Packages that need nothing
 # are left alone.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
@@ -30,6 +30,9 @@ set(PADDOCK_FFMPEG "${CMAKE_CURRENT_LIST_DIR}/before_ffmpeg_5.h")
 include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()
+endif()
+if("protobuf" IN_LIST "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
+  include("${CMAKE_CURRENT_LIST_DIR}/../../src/standins/gazebo_dev/cmake/gazebo-protobuf.cmake")
 endif()
 if(CMAKE_VERSION VERSION_LESS 3.19)
   return()  # no DEFER
@@ -82,6 +85,7 @@ function(paddock_help_target target type help)
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>")
       set_property(TARGET ${target} PROPERTY CXX_STANDARD 17)
+    elseif(each STREQUAL "protobuf")
     elseif(each MATCHES "^messages_(.+)")
       add_dependencies(${target} ${CMAKE_MATCH_1}_generate_messages_cpp)
     elseif(type MATCHES "EXECUTABLE|SHARED_LIBRARY|MODULE_LIBRARY")

@@ -118,6 +118,39 @@ def test_a_joint_that_a_plugin_makes_has_a_motor(run):
     assert float(last[1]) == pytest.approx(0.39, abs=0.01)
 
 
+@pytest.mark.parametrize(("kind", "place"), [("insert", (3.0, 5.0)), ("factory", (4.0, 6.0))])
+def test_models_that_a_plugin_inserts_and_removes_are_the_solvers(run, kind, place):
+    told = "\nif 'dropped' in world.models: print('there', world.step_count, flush=True)"
+    output = run(PLUGIN.format("acting_model", kind, 0), 60, told)[1]
+    lines = [line.split() for line in output.splitlines() if line.startswith("dropped")]
+    x, first = float(lines[0][2]), int(lines[0][1])
+    assert 5 < first <= 8, output
+    assert x == place[0]
+    falling = {int(step): float(speed) for _, step, _, _, speed in lines}
+    assert falling[40] == pytest.approx(-9.81 * 0.001 * (40 - first), abs=2e-6)
+    heights = [float(line[3]) for line in lines]
+    assert heights[0] == pytest.approx(place[1], abs=1e-4)
+    there = [int(line.split()[1]) for line in output.splitlines() if line.startswith("there")]
+    assert there[-1] in (40, 41)  # it has gone with the step in which it was removed
+
+
+BATCH = """
+calls, inner = [], world.stepper
+world.stepper = lambda count=1, *rest: (calls.append(count), inner(count, *rest))[1]
+world.step(100)
+print("calls", calls)
+world.stepper = inner
+"""
+
+
+@pytest.mark.parametrize(("kind", "calls"), [("still", [100]), ("tell", [1] * 100)])
+def test_steps_are_made_together_where_no_plugin_is_called_at_each(run, kind, calls):
+    output = run(PLUGIN.format("acting_model", kind, 0), 1, SAME["speed", 0.4] + BATCH)[1]
+    assert f"calls {calls}" in output
+    alone = run("", 1, SAME["speed", 0.4] + "\nworld.step(100)")[1]
+    assert states(output) == states(alone)  # to the bit
+
+
 def test_mass_and_gravity_are_changed(run):
     push = f"model.body.apply_force('link', (1.0, 0.0, 0.0), {CENTER})"
     alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"

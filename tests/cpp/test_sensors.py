@@ -76,6 +76,42 @@ def test_contacts_carry_the_weight(steps):
     assert last[3] == 0.0  # the floor never moves
 
 
+BASE = (
+    FLOOR
+    + """
+    world.spawn_sdf("base", '<sdf version="1.6"><model name="base"><link name="l"><inertial>'
+        '<mass>5</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>'
+        '<collision name="c"><geometry><box><size>1 1 0.1</size></box></geometry></collision>'
+        '</link></model></sdf>', Pose((0.0, 0.0, 0.951)), lambda uri: uri)
+    model.set_state(Pose((0.0, 0.0, 1.102)))
+"""
+)
+
+
+def test_contacts_of_two_that_move_tell_both_wrenches(steps):
+    last = told(steps(model("contact", CONTACT, 0), 1500, BASE))[-1000:]
+    assert sum(abs(force) for *_, force, _ in last) / 1000 == pytest.approx(2 * 9.81, rel=0.05)
+    for *_, force, back in last:
+        assert back == pytest.approx(-force, rel=1e-3)
+
+
+JOINED = SDF.replace(
+    "{}</link>{}",
+    """</link>
+<link name="arm"><inertial><mass>3</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz>
+</inertia></inertial></link><joint name="world" type="fixed"><parent>world</parent>
+<child>link</child></joint><joint name="hinge" type="revolute"><parent>link</parent>
+<child>arm</child><axis><xyz>0 0 1</xyz></axis>{}</joint>""",
+)
+
+
+def test_a_sensor_of_a_joint_tells_what_it_carries(steps):
+    last = told(steps(JOINED.format(SENSOR.format("force_torque", "", 100, "")), 300))[-1]
+    # of the child on its parent, in the child's axes, as Gazebo has it by default
+    assert last[1:4] == pytest.approx([0.0, 0.0, -3 * 9.81], abs=0.05)
+    assert last[4:7] == pytest.approx([0.0, 0.0, 0.0], abs=0.05)
+
+
 @pytest.mark.parametrize("kind", ["gps", "altimeter", "magnetometer"])
 def test_other_sensors_of_gazebo_tell(steps, kind):
     assert len(told(steps(held(model(kind, "", 50)), 100))) == 5

@@ -30,6 +30,8 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("find_package(Boost program_options)", "#include <boost/program_options.hpp>", []),
         ("", "#include <boost/filesystem/path.hpp>", ["boost_filesystem"]),
         ("# -std=c++11", "", []),
+        ("find_package(Protobuf REQUIRED)\nfind_package(gazebo)", "", ["protobuf"]),
+        ("find_package(Protobuf REQUIRED)", "", []),
         ("", "#include <libavcodec/avcodec.h>\nAVCodec* codec;", ["ffmpeg"]),
         ("", "#include <libavcodec/avcodec.h>\nconst AVCodec *codec;", []),
         ("", "AVCodec *codec;", []),

@@ -32,7 +32,7 @@ struct Plugin {
   std::string library, name, model;
 };
 
-std::mutex g_mutex;
+std::mutex g_plugins_mutex;
 std::vector<Plugin> g_plugins;
 std::string g_thrown_by, g_message;
 bool g_has_thrown = false;
@@ -135,7 +135,14 @@ void watchFaults() {
 // All symbols are looked up at once: one that is missing would end the process when it is called.
 std::string loadLibrary(const std::string &path) {
   if (dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL)) return "";
-  // Libraries that Gazebo's server has and that are not there yet.
+  // Libraries that Gazebo's server has and that are not there yet. Those of sensors need others, which
+  // are found by what names them all: ours.
+  Dl_info own;
+  if (dladdr(reinterpret_cast<void *>(&watchFaults), &own) && own.dli_fname) {
+    const std::string here = real(own.dli_fname);
+    const auto sensors = here.substr(0, here.rfind('/')) + "/libbullet_gazebo_sensors.so";
+    dlopen(sensors.c_str(), RTLD_LAZY | RTLD_GLOBAL);
+  }
   for (const char *name : {"gazebo_sensors", "gazebo_rendering", "gazebo_client", "gazebo"})
     dlopen(("lib" + std::string(name) + ".so." VERSION).c_str(), RTLD_LAZY | RTLD_GLOBAL);
   if (dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL)) return "";
@@ -147,7 +154,7 @@ std::string loadLibrary(const std::string &path) {
 }
 
 Owner::Owner(const std::string &library, const std::string &plugin, const std::string &model) {
-  std::lock_guard<std::mutex> lock(g_mutex);
+  std::lock_guard<std::mutex> lock(g_plugins_mutex);
   g_plugins.push_back({real(library.c_str()), plugin, model});
   g_since = now(), g_thread = pthread_self(), ++t_watched;
 }
@@ -155,7 +162,7 @@ Owner::Owner(const std::string &library, const std::string &plugin, const std::s
 Owner::~Owner() { g_since = 0.0, --t_watched; }
 
 void forgetPlugins(const std::string &model) {
-  std::lock_guard<std::mutex> lock(g_mutex);
+  std::lock_guard<std::mutex> lock(g_plugins_mutex);
   std::vector<Plugin> others;
   for (const auto &plugin : g_plugins)
     if (plugin.model != model) others.push_back(plugin);
@@ -167,14 +174,14 @@ Watch::Watch() { g_since = now(), g_thread = pthread_self(), ++t_watched; }
 Watch::~Watch() { g_since = 0.0, --t_watched; }
 
 bool takeThrown(std::string *message) {
-  std::lock_guard<std::mutex> lock(g_mutex);
+  std::lock_guard<std::mutex> lock(g_plugins_mutex);
   if (!g_has_thrown) return false;
   g_has_thrown = false, *message = g_message;
   return true;
 }
 
 std::string faulty(std::string *model, std::string *plugin) {
-  std::lock_guard<std::mutex> lock(g_mutex);
+  std::lock_guard<std::mutex> lock(g_plugins_mutex);
   for (const auto &each : g_plugins) {
     if (each.library != g_thrown_by) continue;
     *model = each.model, *plugin = each.name;
@@ -188,7 +195,7 @@ std::string faulty(std::string *model, std::string *plugin) {
 void noteThrown(void *object, std::type_info *type) {
   void *addresses[MAX_FRAMES];
   const int count = backtrace(addresses, MAX_FRAMES);
-  std::lock_guard<std::mutex> lock(g_mutex);
+  std::lock_guard<std::mutex> lock(g_plugins_mutex);
   for (int i = 0; i < count; ++i) {
     Dl_info info;
     if (!dladdr(addresses[i], &info) || !info.dli_fname) continue;

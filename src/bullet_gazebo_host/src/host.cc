@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <memory>
 
+#include "changes.hh"
 #include "engine.hh"
 #include "faults.hh"
 #include "host.hh"
@@ -32,6 +34,15 @@ namespace {
 physics::WorldPtr g_world;
 std::unique_ptr<ros::AsyncSpinner> g_spinner;
 std::string g_error, g_text;
+std::map<std::string, unsigned int> g_inserted;  // models that the solver has -> their connections
+unsigned int g_own_connections = 0;  // to the events of a step, of Gazebo itself and of its models
+
+// Functions that are called at each step.
+unsigned int connections() {
+  using event::Events;
+  return Events::worldUpdateBegin.ConnectionCount() + Events::worldUpdateEnd.ConnectionCount() +
+         Events::beforePhysicsUpdate.ConnectionCount();
+}
 
 ignition::math::Pose3d pose(const double *numbers) {
   return {paddock::get(numbers), paddock::getTurn(numbers + 3)};
@@ -61,6 +72,15 @@ void startClocks() {
   g_world->RunBlocking(1);
   g_world->SetSimTime(common::Time::Zero);
   engine().is_open = true;
+}
+
+// Forget a model; false: it is not there.
+bool forgetModel(const std::string &name) {
+  const auto found = g_inserted.find(name);
+  if (found == g_inserted.end()) return false;
+  g_own_connections -= found->second;
+  g_inserted.erase(found);
+  return true;
 }
 
 }  // namespace
@@ -149,6 +169,7 @@ bool paddock_world(const char *text) {
     physics::load_world(g_world, element);
     physics::init_world(g_world);
     startClocks();
+    g_own_connections = connections();
     return true;
   });
 }
@@ -173,19 +194,23 @@ bool paddock_insert(const char *text) {
     const std::shared_ptr<void> end(nullptr, [](void *) { paddock::isInserting() = false; });
     element->SetParent(g_world->SDF());
     g_world->SDF()->InsertElement(element);
+    const unsigned int before = connections();
     const auto model = g_world->LoadModel(element, g_world->BaseByName(g_world->Name()));
     if (!model) return fail("the model is in Gazebo's world already");
     paddock::Quiet quiet;
     model->Init();
+    const unsigned int own = connections() - before;  // each link has one
+    g_inserted[model->GetName()] = own, g_own_connections += own;
     return true;
   });
 }
 
 bool paddock_remove(const char *name) {
   return guarded([&] {
-    if (!modelOf(name)) return false;
     paddock::forgetPlugins(name);
     if (engine().remove_sensors) engine().remove_sensors(name);
+    if (!modelOf(name)) return false;
+    forgetModel(name);
     g_world->RemoveModel(name);
     return true;
   });
@@ -248,6 +273,21 @@ const char *paddock_next_joint(double *numbers) {
     std::copy(values, values + 8, numbers + 10);
   }
   return (g_text = text.str()).c_str();
+}
+
+// The next model that a plugin inserts or removes; null: there is none.
+//   Returns its name, a text or a URI.
+//   facts: get the kind (see ModelChange), whether there is a pose, and whether it may be renamed.
+//   numbers: get the pose: 7.
+const char *paddock_next_model(int *facts, double *numbers) {
+  paddock::ModelChange change;
+  if (g_world->ModelCount() < g_inserted.size())
+    for (const auto &each : g_inserted)
+      if (!g_world->ModelByName(each.first)) change.what = each.first;
+  if (!forgetModel(change.what) && !paddock::nextModel(&change)) return nullptr;
+  facts[0] = change.kind, facts[1] = change.has_pose, facts[2] = change.may_rename;
+  paddock::put(numbers, change.pose.Pos()), paddock::putTurn(numbers + 3, change.pose.Rot());
+  return (g_text = change.what).c_str();
 }
 
 // Say which row such a joint is; see paddock_bind_joint().
@@ -337,9 +377,24 @@ bool paddock_load_plugin(const char *name, const char *text, const char *folder)
   });
 }
 
-// Make a step of some length that begins at a simulated time [s].
+// Whether no plugin is called at each step, so that several can be made by one paddock_step().
+bool paddock_is_idle() {
+  if (engine().update_sensors || *paddock_watched_collisions() || connections() > g_own_connections)
+    return false;
+  for (const auto &model : g_world->Models()) {
+    if (!model->jointAnimations.empty()) return false;
+    const auto &control = model->jointController;
+    if (control && !(control->GetForces().empty() && control->GetPositions().empty() &&
+                     control->GetVelocities().empty()))
+      return false;
+  }
+  return true;
+}
+
+// Make a step of some length that begins at a simulated time [s]; where nobody is called at each
+// step, the solver may make several in it, `count`.
 // Returns whether nothing was thrown; made: whether the solver's step was made.
-bool paddock_step(double time, double length, bool *made) {
+bool paddock_step(double time, double length, int count, bool *made) {
   auto &all = engine();
   all.has_stepped = false, all.is_stepping = true;
   const auto physics = g_world->Physics();
@@ -350,6 +405,7 @@ bool paddock_step(double time, double length, bool *made) {
     g_world->Step();
     transport::TopicManager::Instance()->ProcessNodes();
     if (all.update_sensors) all.update_sensors();
+    if (count > 1) g_world->SetSimTime(common::Time(time + count * length));
     return true;
   });
   if (!done) paddock::takeThrown(&g_error);

@@ -68,17 +68,19 @@ void start() {
 
 extern "C" {
 
-// Make a sensor of a link, with its plugins.
+// Make a sensor of a link or of a joint, with its plugins.
 //   text: an SDF whose model's link has it; folders: of the plugins' libraries, with ':' between
 //   them, in their order.
 bool paddock_load_sensor(
-    const char *model_name, const char *link_name, const char *text, const char *folders) {
+    const char *model_name, const char *holder_name, const char *text, const char *folders) {
   return paddock::guarded([&] {
     const auto model = paddock::modelOf(model_name);
     if (!model) return false;
-    const auto link = model->GetLink(link_name);
-    if (!link)
-      return paddock::fail("Gazebo's model '" + model->GetName() + "' has no link '" + link_name + "'");
+    physics::BasePtr place = model->GetLink(holder_name);
+    if (!place) place = model->GetJoint(holder_name);
+    if (!place)
+      return paddock::fail("Gazebo's model '" + model->GetName() + "' has neither link nor joint '" +
+                           holder_name + "'");
     const auto holder = paddock::read(text, "model");
     if (!holder) return false;
     const auto element = holder->GetElement("link")->GetElement("sensor");
@@ -103,7 +105,7 @@ bool paddock_load_sensor(
     const auto manager = SensorManager::Instance();
     const auto world = model->GetWorld();
     const auto name =
-        manager->CreateSensor(element, world->Name(), link->GetScopedName(), link->GetId());
+        manager->CreateSensor(element, world->Name(), place->GetScopedName(), place->GetId());
     std::string problem = "it registers no plugin of a sensor, or its constructor failed";
     try {
       manager->Update(false);  // its plugins are loaded now

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 from collections.abc import Callable
@@ -26,8 +27,9 @@ from paddock_common.process import exit_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.extensions import Extensions
-from bullet_bridge.gazebo_host.host import host_of
+from bullet_bridge.gazebo_host.host import host_of, make_models_by
 from bullet_bridge.gazebo_host.libraries import users_libraries
+from bullet_bridge.gazebo_host.models import Models
 from bullet_bridge.loop.clock import SimClock, set_process_time
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import ReceivedCounts
@@ -37,6 +39,7 @@ from bullet_bridge.resolve import RosPackages, load_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.attaching import LinkAttacher
 from bullet_bridge.services.gazebo import GazeboServices
+from bullet_bridge.services.models import remove_model
 from bullet_bridge.services.simulation import Describer, StepService, advertise_json
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.master_monitor import ShutdownMonitor
@@ -238,6 +241,8 @@ def make_server(parts: ExitStack) -> Server:
     advertise(config, world, jobs, robots, server, resolve, described)
     if config.enable_ros_network or config.lockstep:
         StepService(jobs, server, received, config.step_timeout)
+    remove = functools.partial(remove_model, world, jobs, robots)
+    make_models_by(Models(world, robots.connect, remove))
     if described is not None:
         load_world_plugins(world, described)
     robots.connect_world_models()

@@ -131,6 +131,7 @@ class World:
         stepper: makes each step in the engine's place, by a call of its step() that something
             comes before and after; None: nothing does.
         is_shown: it is as after a recorded step, see show().
+        stepper_is_idle: function that tells whether it may make several steps in a call.
 
     Raises:
         ModelError: no such solver, fixed_joints or massless_links, or 'ode' cannot be loaded.
@@ -158,6 +159,7 @@ class World:
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
         self.stepper: Callable[..., Array | None] | None = None
+        self.stepper_is_idle: Callable[[], bool] = lambda: False
         self._recorded = 0, 0  # first and last step
         self.is_shown = False  # a recorded step, see show()
         self._reported: set[str] = set()  # models that are in an implausible state
@@ -437,7 +439,7 @@ class World:
             steps = end - self.step_count
             for _, manager in controlled:
                 steps = min(steps, manager.prepare_steps(time_step))
-            if updates or forces.active or self.stepper:
+            if updates or forces.active or (self.stepper and not self.stepper_is_idle()):
                 steps = 1
                 for update in updates:
                     update(time_step)

@@ -18,6 +18,7 @@ if(NOT EXISTS "${paddock_gazebo}/packages.txt")
   return()
 endif()
 
+include("${CMAKE_CURRENT_LIST_DIR}/gazebo-protobuf.cmake")
 set(GAZEBO_VERSION 11.1.0)
 set(GAZEBO_MINOR_VERSION 1)
 set(GAZEBO_PATCH_VERSION 0)
@@ -58,7 +59,7 @@ if(NOT TARGET paddock_gazebo_libraries)
     INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${GAZEBO_INCLUDE_DIRS}"
     INTERFACE_LINK_DIRECTORIES "${paddock_root}/devel/lib"
     INTERFACE_COMPILE_FEATURES cxx_std_17
-    INTERFACE_COMPILE_OPTIONS "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>;$<$<COMPILE_LANGUAGE:CXX>:-DBOOST_BIND_GLOBAL_PLACEHOLDERS>")
+    INTERFACE_COMPILE_OPTIONS "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>;$<$<COMPILE_LANGUAGE:CXX>:-DBOOST_BIND_GLOBAL_PLACEHOLDERS>;$<$<COMPILE_LANGUAGE:CXX>:--include=boost/bind.hpp>")
   set(rpath_link "")
   foreach(folder IN LISTS GAZEBO_LIBRARY_DIRS)
     list(APPEND rpath_link "-Wl,-rpath-link,${folder}")

@@ -5,6 +5,7 @@
 #include <gazebo/common/common.hh>
 #include <gazebo/gazebo.hh>
 #include <gazebo/physics/physics.hh>
+#include <gazebo/transport/transport.hh>
 
 #include <functional>
 #include <map>
@@ -25,7 +26,13 @@ class Acting : public ModelPlugin {
       command = node->subscribe("command", 1, &Acting::OnCommand, this);
       position = node->advertise<std_msgs::Float64>("position", 1);
     }
-    connection = event::Events::ConnectWorldUpdateBegin(std::bind(&Acting::Update, this));
+    if (kind == "factory") {
+      transport.reset(new transport::Node);
+      transport->Init(model->GetWorld()->Name());
+      factory = transport->Advertise<msgs::Factory>("~/factory");
+    }
+    if (kind != "still")
+      connection = event::Events::ConnectWorldUpdateBegin(std::bind(&Acting::Update, this));
   }
 
   void Reset() override { steps = 0; }
@@ -72,6 +79,27 @@ class Acting : public ModelPlugin {
     if (kind == "hang" && steps == 10) common::Time::Sleep(11);
     if (kind == "tell") Tell();
     if (kind == "weld" || kind == "crane") Connect();
+    if (kind == "insert" || kind == "factory") Insert();
+  }
+
+  // Inserts a model that falls, by a function of World or a message, and removes it later.
+  void Insert() {
+    const auto world = model->GetWorld();
+    const std::string text =
+        "<sdf version='1.6'><model name='dropped'><pose>3 0 5 0 0 0</pose><link name='l'><inertial>"
+        "<mass>2</mass></inertial></link></model></sdf>";
+    if (steps == 5 && kind == "insert") world->InsertModelString(text);
+    if (steps == 5 && kind == "factory") {
+      msgs::Factory message;
+      message.set_sdf(text);
+      msgs::Set(message.mutable_pose(), ignition::math::Pose3d(4, 0, 6, 0, 0, 0));
+      factory->Publish(message);
+    }
+    const auto dropped = world->ModelByName("dropped");
+    if (dropped)
+      std::cout << "dropped " << steps << " " << dropped->WorldPose().Pos().X() << " "
+                << dropped->WorldPose().Pos().Z() << " " << dropped->WorldLinearVel().Z() << std::endl;
+    if (dropped && steps == 40) world->RemoveModel(dropped);
   }
 
   // Joins the model "load" by a joint made now: held (weld), or turned about z (crane).
@@ -106,6 +134,8 @@ class Acting : public ModelPlugin {
   physics::JointPtr joint, slide, made;
   event::ConnectionPtr connection;
   std::unique_ptr<ros::NodeHandle> node;
+  transport::NodePtr transport;
+  transport::PublisherPtr factory;
   ros::Subscriber command;
   ros::Publisher position;
   std::string kind;

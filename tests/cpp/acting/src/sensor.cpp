@@ -40,6 +40,9 @@ class ActingSensor : public SensorPlugin {
           back += wrench.body_2_wrench().force().z();
         }
       Print(sensor, {double(all.contact_size()), force, back});
+    } else if (auto wrench = std::dynamic_pointer_cast<sensors::ForceTorqueSensor>(sensor)) {
+      const auto force = wrench->Force(), torque = wrench->Torque();
+      Print(sensor, {force.X(), force.Y(), force.Z(), torque.X(), torque.Y(), torque.Z()});
     } else if (auto gps = std::dynamic_pointer_cast<sensors::GpsSensor>(sensor)) {
       Print(sensor, {gps->Latitude().Degree(), gps->Longitude().Degree(), gps->Altitude()});
     } else if (auto altimeter = std::dynamic_pointer_cast<sensors::AltimeterSensor>(sensor)) {

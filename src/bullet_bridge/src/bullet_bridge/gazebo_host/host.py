@@ -20,6 +20,7 @@ from bullet_sim.pose import Array, Pose, vector3
 
 from bullet_bridge.gazebo_host import texts
 from bullet_bridge.gazebo_host.libraries import CAST, STEP, HostLibrary
+from bullet_bridge.gazebo_host.models import ModelChange, Models
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -28,6 +29,12 @@ if TYPE_CHECKING:
 MADE = "of a C++ plugin"  # in keys of joints that plugins have made
 OF_RENDERER = ("camera", "depth", "gpu_ray", "multicamera", "wideanglecamera")  # types of sensors
 _hosts: list[GazeboHost] = []
+_makers: list[Models] = []
+
+
+def make_models_by(models: Models) -> None:
+    """Have models that plugins insert and remove made so; else they are in the world alone."""
+    _makers[:] = [models]
 
 
 def host_of(world: World) -> GazeboHost:
@@ -69,6 +76,7 @@ class GazeboHost:
         name = rospy.get_name().strip("/").replace("/", "_")
         library.check(library.open(master.encode(), f"{name}_cpp".encode()), "C++ plugins")
         library.check(library.world(texts.world_text(world).encode()), "Gazebo's world")
+        self._models_of_plugins = _makers[0] if _makers else Models(world)
         columns = library.columns().decode().split()
         self._chosen = np.array([getattr(layout, name) for name in columns], np.int32)
         self._rest = np.array((layout.REST_TIME, layout.REST_COUNT), float)
@@ -85,7 +93,7 @@ class GazeboHost:
         self._calls = STEP(self._make_step), CAST(self._cast_rays), STEP(self._tell_contacts)
         library.calls(*self._calls)
         self._buffer = np.zeros(18)  # which the library writes into
-        self._made = ctypes.c_bool()
+        self._made, self._facts = ctypes.c_bool(), (ctypes.c_int * 3)()
         rospy.on_shutdown(library.close)
 
     def load(self, spec: CppSpec, model: Model | None) -> None:
@@ -107,12 +115,15 @@ class GazeboHost:
             text = texts.with_plugin(spec.text, name)
             loaded = library.load_plugin(name.encode(), text.encode(), spec.folder.encode())
             library.check(loaded, f"plugin '{spec.name}' is not loaded")
-        self.world.stepper, self._stepped = self.step, True
+        self.world.stepper, self.world.stepper_is_idle = self.step, self._is_idle
+        self._stepped = True
 
     def _make_sensors(self, model: Model) -> Iterator[tuple[int, str]]:
         """Make a model's sensors, which its plugins may look for; gives why each is not made."""
         library, name, description = self._library, model.name, model.description
-        for link, pose, element in description.sensor_elements:
+        holders = [*description.sensor_elements]
+        holders += [(name, Pose(), each) for name, each in description.joint_sensor_elements]
+        for link, pose, element in holders:
             specs = (spec for spec in description.sensors if isinstance(spec, CppSpec))
             plugins = [spec for spec in specs if spec.sensor is element]
             if not plugins and element.get("type") in OF_RENDERER:
@@ -135,12 +146,14 @@ class GazeboHost:
     def step(
         self, count: int = 1, efforts: Sequence[EffortRow] = (), records: bool = False
     ) -> Array | None:
-        """As Engine.step, of one step, with Gazebo's events before and after it."""
+        """As Engine.step, with Gazebo's events before and after it: before and after all where
+        there are several, which only are together where no plugin is called at each step."""
+        self._take_models()
         self._synchronize()
         self._stepped = True
-        self._work, self._result, self._error = (efforts, records), None, None
+        self._work, self._result, self._error = (count, efforts, records), None, None
         library, world = self._library, self.world
-        done = library.step(world.time, world.time_step, ctypes.byref(self._made))
+        done = library.step(world.time, world.time_step, count, ctypes.byref(self._made))
         if self._error is not None:
             raise self._error
         if not done:
@@ -149,6 +162,23 @@ class GazeboHost:
             self._make_step()
         self._work = None
         return self._result
+
+    def _is_idle(self) -> bool:
+        """Whether no plugin is called at each step; see paddock_is_idle()."""
+        return bool(self._library.is_idle())
+
+    def _take_models(self) -> None:
+        """Insert and remove what plugins have asked for."""
+        library, buffer, facts = self._library, self._buffer, self._facts
+        while (what := library.next_model(facts, buffer.ctypes.data)) is not None:
+            kind, has_pose, may_rename = facts
+            x, y, z, *turn = buffer[:7].tolist()
+            pose = Pose((x, y, z), (*turn,)) if has_pose else None
+            change = ModelChange(kind, what.decode(errors="replace"), pose, bool(may_rename))
+            try:
+                self._models_of_plugins.make(change)
+            except SimError as error:
+                rospy.logerr("a model of a C++ plugin is not inserted: %s", error)
 
     def _unload(self) -> None:
         """Go on without the plugin that has thrown something."""
@@ -161,8 +191,7 @@ class GazeboHost:
         """The solver's step, within Gazebo's."""
         try:
             self._take_changes()
-            efforts, records = self._work
-            self._result = self._engine.step(1, efforts, records)
+            self._result = self._engine.step(*self._work)
             self._use_arrays()
         except BaseException as error:  # C++ is below: it is raised again above it
             self._error = error

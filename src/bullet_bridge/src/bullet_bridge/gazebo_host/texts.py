@@ -30,6 +30,7 @@ TYPES = {
     "fixed": "fixed",
 }
 SAME = Pose()
+NO_LINK = "world"  # a joint's parent that is none of the model's links
 
 
 def world_text(world: World) -> str:
@@ -64,7 +65,7 @@ def model_text(model: Model) -> str:
 
 def joints_of(model: Model) -> list[Joint]:
     """The joints that a model has in Gazebo, between links that it has there."""
-    own = set(model.bodies)
+    own = {*model.bodies, NO_LINK}
     return [
         joint
         for joint in model.description.joints.values()
@@ -73,8 +74,8 @@ def joints_of(model: Model) -> list[Joint]:
 
 
 def parent_of(model: Model, joint: Joint) -> str:
-    """The link that a joint's parent is in Gazebo."""
-    if joint.parent in model.bodies:
+    """The link that a joint's parent is in Gazebo; NO_LINK: it is the world."""
+    if joint.parent in model.bodies or joint.parent not in model.description.links:
         return joint.parent
     return model.link_in_body(joint.parent)[0]
 
@@ -89,14 +90,14 @@ def with_plugin(text: str, name: str = "") -> str:
 def sensor_text(
     model: Model, link: str, pose: Pose, element: Element, plugins: Sequence[str]
 ) -> tuple[str, str]:
-    """The link of Gazebo's model that has a <sensor>, and an SDF whose link has it.
+    """The link, or joint, of Gazebo's model that has a <sensor>, and an SDF whose link has it.
 
     Args:
-        link, pose: of the description in which it is, and where in its frame.
+        link, pose: of the description in which it is, or the joint, and where in its frame.
         element: the sensor; one of which Paddock has the plugin is off until somebody wants it.
         plugins: texts of its plugins in C++.
     """
-    if link not in model.bodies:
+    if link not in model.bodies and link not in model.description.joints:
         link, offset = model.link_in_body(link)
         pose = offset * pose
     copied = ElementTree.fromstring(ElementTree.tostring(element))

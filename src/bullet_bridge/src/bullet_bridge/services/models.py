@@ -57,6 +57,26 @@ NOT_SPAWNED = (
 )
 
 
+def remove_model(world: World, jobs: JobQueue, robots: Robots, name: str) -> None:
+    """Delete a model with its plugins and controllers; outside the simulation thread.
+
+    Raises:
+        Refusal: there is none of that name.
+    """
+
+    def work() -> list[Any]:
+        with refusing("DeleteModel: model does not exist"):
+            joints = find_model(world, name).model.description.joints
+            world.delete(name)
+        for joint in joints:  # upstream clears by plain names, of all models
+            world.forces.clear_joint(joint)
+        return robots.disconnect(name)
+
+    for part in jobs.call(work):
+        part.close()
+    gc.collect()  # rospy's topics refer to themselves and own a file descriptor each until then
+
+
 class ModelServices:
     """Services that spawn, delete, move and query models.
 
@@ -202,17 +222,7 @@ class ModelServices:
             self._jobs.call(lambda: self._server.release(hold))
 
     def _remove(self, name: str) -> None:
-        def work() -> list[Any]:
-            with refusing("DeleteModel: model does not exist"):
-                joints = find_model(self._world, name).model.description.joints
-                self._world.delete(name)
-            for joint in joints:  # upstream clears by plain names, of all models
-                self._world.forces.clear_joint(joint)
-            return self._robots.disconnect(name)
-
-        for part in self._jobs.call(work):
-            part.close()
-        gc.collect()  # rospy's topics refer to themselves and own a file descriptor each until then
+        remove_model(self._world, self._jobs, self._robots, name)
 
     def _delete(self, request: Any) -> srv.DeleteModelResponse:
         self._remove(request.model_name)

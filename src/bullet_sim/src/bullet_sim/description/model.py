@@ -473,6 +473,7 @@ class ModelDescription:
         fixed_base: joints hold it in the world; joints move.
         auto_disable: it may sleep while it rests.
         sensor_elements: <sensor>s with the link that each is in, and the pose in its frame.
+        joint_sensor_elements: <sensor>s with the joint that each is in.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
         is_empty: all its links were left out; what stands for them has no shape and never moves.
@@ -504,6 +505,7 @@ class ModelDescription:
     auto_disable: bool = True
     has_sensors: bool = False
     sensor_elements: list[tuple[str, Pose, Element]] = field(default_factory=list)
+    joint_sensor_elements: list[tuple[str, Element]] = field(default_factory=list)
     is_urdf: bool = False
     is_empty: bool = False
     log_level: str = ""

@@ -33,7 +33,7 @@ from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.lumping import merges
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.formats.surfaces import read_flags, read_surface, soften
-from bullet_sim.plugins import parse_plugin, parse_sensor
+from bullet_sim.plugins import parse_joint_sensor, parse_plugin, parse_sensor
 from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.plugins.xml import merged_links
 from bullet_sim.pose import Pose
@@ -160,7 +160,9 @@ def _sensors_and_plugins(element: Node, model: ModelDescription, reference: str)
     for sensor in element.findall("sensor"):
         if reference in model.links:
             parse_sensor(sensor, reference, model)
-        elif reference not in model.joints or sensor.get("type") != "force_torque":
+        elif reference in model.joints and sensor.get("type") == "force_torque":
+            parse_joint_sensor(sensor, reference, model)
+        else:
             model.warn(
                 f"sensor '{sensor.get('name')}' refers to no link, but to '{reference}'; "
                 "it is left out, as in Gazebo",

@@ -10,10 +10,11 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import BROKEN, ModelError
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
+from bullet_sim.pose import Pose
 from bullet_sim.registry import Registry, load_files
 from bullet_sim.xml_reader import Node, document_root, sdf_pose
 
-__all__ = ["PLUGINS", "SENSOR_PLUGINS", "parse_plugin", "parse_sensor"]
+__all__ = ["PLUGINS", "SENSOR_PLUGINS", "parse_joint_sensor", "parse_plugin", "parse_sensor"]
 
 load_files(__name__, __path__)
 
@@ -97,6 +98,24 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
         except BROKEN as error:
             _warn_broken(element, error, "sensor", "sensors are left out")
+
+
+def parse_joint_sensor(element: Element, joint: str, model: ModelDescription) -> None:
+    """Specifications of the plugins in C++ of a joint's <sensor>, which go into the model's list.
+
+    Others have no topic: Gazebo's own measure by a plugin of the model.
+    """
+    model.joint_sensor_elements.append((joint, element))
+    child = model.joints[joint].child
+    for plugin in element.findall("plugin"):
+        reader = _sensor_reader(library(plugin), element.get("type"))
+        if reader is None:
+            continue
+        try:
+            _add(reader(SensorXml(plugin, model, element, child, Pose())), model)
+        except ModelError as error:
+            name = f"'{element.get('name')}'"
+            model.warn(f"{error}; sensor {name} is left out", "sensors are left out", name)
 
 
 def _warn_broken(element: Element, error: Exception, noun: str, cause: str) -> None:

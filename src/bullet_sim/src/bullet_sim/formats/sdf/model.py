@@ -22,7 +22,7 @@ from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
 from bullet_sim.formats.shapes import hollow_collision, parse_shape
 from bullet_sim.formats.surfaces import read_flags, read_surface
-from bullet_sim.plugins import parse_plugin, parse_sensor
+from bullet_sim.plugins import parse_joint_sensor, parse_plugin, parse_sensor
 from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, is_true, sdf_pose
@@ -198,6 +198,9 @@ class ModelReader:
         joints = JointReader(self.model, self.poses, prefix, frames, version, self._tree)
         for joint in element.findall("joint"):
             joints.read(joint)
+            for sensor in joint.findall("sensor"):
+                if prefix + joint.get("name", "") in self.model.joints:
+                    parse_joint_sensor(sensor, prefix + joint.get("name", ""), self.model)
         self.plugins += [(plugin, prefix) for plugin in element.findall("plugin")]
         self.grippers += [(gripper, prefix) for gripper in element.findall("gripper")]
         for part in element:

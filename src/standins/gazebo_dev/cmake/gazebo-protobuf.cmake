@@ -1,0 +1,17 @@
+# Has find_package(Protobuf) find what Gazebo's libraries of ./run add gazebo were built with: messages
+# of a plugin go through them. Included by gazebo-config.cmake and config/cmake/users_packages.cmake.
+get_filename_component(paddock_gazebo "${CMAKE_CURRENT_LIST_DIR}/../../../../.cache/gazebo" ABSOLUTE)
+if(NOT EXISTS "${paddock_gazebo}/packages.txt")
+  return()
+endif()
+file(GLOB paddock_protobuf LIST_DIRECTORIES TRUE "${paddock_gazebo}/usr/lib/*-linux-gnu")
+set(Protobuf_INCLUDE_DIR "${paddock_gazebo}/usr/include")
+set(Protobuf_PROTOC_EXECUTABLE "${CMAKE_CURRENT_LIST_DIR}/protoc")
+foreach(pair LIBRARY:protobuf LITE_LIBRARY:protobuf-lite PROTOC_LIBRARY:protoc)
+  string(REPLACE ":" ";" pair "${pair}")
+  list(GET pair 0 name)
+  list(GET pair 1 file)
+  foreach(kind "" _RELEASE _DEBUG)
+    set(Protobuf_${name}${kind} "${paddock_protobuf}/lib${file}.so")
+  endforeach()
+endforeach()
