@@ -49,8 +49,8 @@ def test_a_click_on_forward_moves_the_car(desk, browsers, node):
     browser.driver.get(desk.url)
     assert "noVNC" in browser.driver.title
     x, y = wait(lambda: stop_in(browser), "the window in the browser")
-    middle = np.s_[420:800, 600:1000]  # sky, road and grass, or a dark ground with two lines
-    wait(lambda: browser.picture()[middle].std() > 40.0, "the camera's picture")
+    middle = np.s_[420:800, 600:1000]  # road and its middle line, or a dark ground with no line
+    wait(lambda: browser.picture()[middle].std() > 25.0, "the camera's picture")
     browser.shoot("window")
     begin = odometry[-1].pose.pose.position.x
     x, y = stop_in(browser)
