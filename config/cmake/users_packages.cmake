@@ -31,9 +31,11 @@ include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()
 endif()
-if("protobuf" IN_LIST "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
+list(FIND "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}" protobuf paddock_protobuf)  # no IN_LIST: CMP0057
+if(NOT paddock_protobuf EQUAL -1)
   include("${CMAKE_CURRENT_LIST_DIR}/../../src/standins/gazebo_dev/cmake/gazebo-protobuf.cmake")
 endif()
+unset(paddock_protobuf)
 if(CMAKE_VERSION VERSION_LESS 3.19)
   return()  # no DEFER
 endif()
