@@ -264,14 +264,8 @@ class Robots(Loop):
         """Physics step after which publish() has to be called at the latest, but for what
         watches."""
         step = self._world.step_count
-        return (
-            min(
-                self._next,
-                *(part.schedule.next_due_subscribed(step, check=False) for part in self._going_on),
-            )
-            if self._going_on
-            else self._next
-        )
+        going_on = (part.schedule.next_due_subscribed(step, False) for part in self._going_on)
+        return min([self._next, *going_on])
 
     def next_watched(self) -> tuple[int, float]:
         """Physics step after which what watches has to be published, or infinity; the shortest

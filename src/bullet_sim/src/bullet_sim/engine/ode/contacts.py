@@ -201,14 +201,10 @@ class Contacts:
             )
             self._lister = contact_lister(self._touching)
         count, owner = self._lister(row), self._arrays.owner
-        others: list[BodyLink] = []
-        for one, two, shape, other in self._touching.chosen[:count].tolist():
-            if one != row:
-                if owner[one][0] == link[0]:
-                    return None
-                others.append(owner[one])
-            else:
-                others.append(self._partner(two, shape, other, self._others))
+        chosen = self._touching.chosen[:count].tolist()
+        if any(one != row and owner[one][0] == link[0] for one, *_ in chosen):
+            return None
+        others = self._touched(row, chosen)
         numbers = self._touching.numbers[:count].copy()
         firsts = {other: self.is_first(link, other) for other in set(others)}
         return ContactRows(others, [firsts[other] for other in others], numbers, numbers[:, 10:])
@@ -217,15 +213,17 @@ class Contacts:
         """As rows_of_link(), of a row of bodies after the step that is shown."""
         records = self._engine.records
         chosen, numbers = records.contacts(records.shown, row)
-        others: list[BodyLink] = []
-        firsts: list[bool] = []
-        for one, two, shape, other, _, first in chosen.tolist():
-            partner = self._arrays.owner[one]
-            if one == row:
-                partner = self._partner(two, shape, other, self._others)
-            others.append(partner)
-            firsts.append(bool(first))
+        others = self._touched(row, chosen[:, : q.CR_BODY].tolist())
+        firsts = chosen[:, q.CR_FIRST].astype(bool).tolist()
         return ContactRows(others, firsts, numbers, numbers[:, 10:])
+
+    def _touched(self, row: int, owners: list[list[int]]) -> list[BodyLink]:
+        """What a row of bodies touches, of its rows of owners."""
+        owner, others = self._arrays.owner, self._others
+        return [
+            self._partner(two, shape, other, others) if one == row else owner[one]
+            for one, two, shape, other in owners
+        ]
 
     def of_body(self, number: int) -> list[tuple[str, Contact]]:
         """(link, Contact) of a body, as of the last step."""
