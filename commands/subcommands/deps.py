@@ -8,6 +8,7 @@ the Debian packages to install, for scripts.
 Exits 0 if everything is there or in Debian, 1 if something is nowhere.
 """
 
+import functools
 import glob
 import os
 import re
@@ -32,12 +33,13 @@ OTHER_TAGS = ("doc_depend", "group_depend")  # that end with depend, too
 OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
 ROSDEPS_LIST = os.path.join(ROOT, "config", "rosdep", "rosdep.yaml")  # of ./run add --refresh
 LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
+CONDITION = os.path.join(ROOT, "commands", "manifest_condition.py")
 ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
 WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
 WIDTH = 96
 # Stand-ins without C++ of packages that Debian has: C++ that includes their headers needs Debian's.
 PYTHON_ONLY = ("cv_bridge",)
-VARIABLES = {"ROS_VERSION": "1", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "noetic"}
+VARIABLES = ("ROS_VERSION=1", "ROS_PYTHON_VERSION=3", "ROS_DISTRO=noetic")  # of conditions
 _IN_LAUNCH_FILE = re.compile(r"\bpkg\s*=\s*[\"']([\w-]+)[\"']|\$\(find ([\w-]+)\)")
 
 
@@ -170,19 +172,17 @@ def in_cpp(manifest, name):
     return any(wanted.search(text) for text in old_code.texts(os.path.dirname(manifest))[1])
 
 
+@functools.lru_cache(maxsize=None)
 def _stands(condition):
     """Whether a condition of format 3 (REP 149) lets a dependency stand; None: there is none."""
     if not condition:
         return True
-    try:
-        from catkin_pkg.condition import evaluate_condition
-    except ImportError:
-        prepare()  # which rosdep brings with it
-        from catkin_pkg.condition import evaluate_condition
-    try:
-        return evaluate_condition(condition, VARIABLES)
-    except ValueError:  # catkin names it
-        return True
+    command = [PYTHON, "-I", CONDITION, condition, *VARIABLES]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode == 3:
+        prepare()  # catkin_pkg comes with rosdep
+        done = subprocess.run(command, capture_output=True, text=True)
+    return done.stdout.strip() != "False"  # what is no condition is named by catkin
 
 
 def resolve(names, debians_ros=True):

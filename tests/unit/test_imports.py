@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import importlib.util
 from pathlib import Path
 
 import pytest
@@ -268,3 +269,17 @@ def test_the_picture_of_the_packages_has_all_of_them():
     assert set(places) == {path.parent.name for path in (ROOT / "src").glob("*/package.xml")} & set(
         workspace.OURS  # without what a user has put there
     )
+
+
+OTHER_PYTHONS = (  # with site-packages: Debian's, or the one of .venv
+    "check_observer check_roslaunch check_sources desk_web manifest_condition noetic_index "
+    "rosdep_lookup roslaunch"
+).split()
+
+
+def test_run_imports_the_standard_library_only():
+    """./run is python3 -I -S: Debian's packages are not on its path, though tests see them."""
+    for path in python_files(ROOT / "commands"):
+        for name, line in imports_of(path) if path.stem not in OTHER_PYTHONS else ():
+            spec = importlib.util.find_spec(name)
+            assert spec and "-packages" not in (spec.origin or ""), (path, line, name)
