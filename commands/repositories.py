@@ -15,6 +15,7 @@ from commands.subcommands import deps
 ARCHIVES = {".tar": "tar", ".tar.gz": "tar", ".tgz": "tar", ".tar.bz2": "tar", ".zip": "zip"}
 ATTEMPTS = 3  # at bringing a repository
 UNASKED = "Nobody has asked for this package: ./run add"  # how a CATKIN_IGNORE of ours begins
+_lost = {}  # (folder, URL, version) that cannot be brought: not asked for again -> CommandError
 PART = ".part"  # in src/, out of catkin's sight: what is being brought
 
 
@@ -31,17 +32,20 @@ def bring(repository, folder=None):
         CommandError: It is not there, or not as it should be.
         Interrupted: A signal ended it.
     """
-    try:
-        _bring(repository, folder)
-        return [repository.name]
-    except CommandError as error:
-        if not repository.released:
-            raise
-        say(f"{'; '.join([str(error), *error.advice[:1]])}: its release is looked for")
+    place = folder, repository.url, repository.version
+    if place not in _lost:
         try:
-            return [name for each in repository.released for name in bring(each, folder)]
-        except CommandError:
-            raise error from None
+            _bring(repository, folder)
+            return [repository.name]
+        except CommandError as error:
+            if not repository.released:
+                raise
+            say(f"{'; '.join([str(error), *error.advice[:1]])}: its release is looked for")
+            _lost[place] = error
+    try:
+        return [name for each in repository.released for name in bring(each, folder)]
+    except CommandError:
+        raise _lost[place] from None
 
 
 def _bring(repository, folder):

@@ -17,6 +17,8 @@ SOURCES = (".c", ".cc", ".cpp", ".cxx", ".h", ".hh", ".hpp", ".hxx")
 LARGEST = 1_000_000  # [bytes] of a source that is read
 # Boost's libraries that packages forget to link, as those of ROS brought them once
 BOOST = ("date_time", "filesystem", "program_options", "regex", "serialization")
+# Those of one header, and of a namespace of its name, which packages forget to include
+HEADER = ("filesystem", "program_options", "regex")
 OLDEST_STANDARD = 17  # that log4cxx 1.0, which ros/console.h includes, compiles with
 _BARE = re.compile(r"\bbind\s*[(<][^;]*?[\s,(]_[1-9]\b")
 _STANDARD = re.compile(
@@ -25,12 +27,14 @@ _STANDARD = re.compile(
 _BEFORE_FFMPEG_5 = re.compile(
     r"\bavcodec_get_context_defaults3\b|(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
 )
+_CUT_OFF = re.compile(r"\(\s*(?:std::)?(?:round|floor|ceil|trunc)f?\(")  # as an index
 _GAZEBO = re.compile(r"\bgazebo\b", re.I)
 _COMMENT = re.compile(r"#.*")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
     "headers": "headers under their old names",
+    "eigen": "matrices of Eigen that floating-point numbers index",
     "ffmpeg": "names of FFmpeg before 5, and its codecs without const",
     "protobuf": "the Protocol Buffers of Gazebo's libraries, if they are there",
     "standard": f"C++ {OLDEST_STANDARD} in place of an older one, which log4cxx needs",
@@ -44,7 +48,7 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, ffmpeg, standard, protobuf and boost_NAME.
+        List of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME and boost_NAME.
     """
     cmake, sources = texts(folder)
     result = []
@@ -59,13 +63,19 @@ def needs_of(folder):
         map(_BEFORE_FFMPEG_5.search, sources)
     ):
         result.append("ffmpeg")
+    if any("<Eigen/" in text for text in sources) and any(map(_CUT_OFF.search, sources)):
+        result.append("eigen")
     if _needs_standard() and _STANDARD.search(cmake):
         result.append("standard")
     if re.search(r"find_package\s*\(\s*protobuf\b", cmake, re.I) and _GAZEBO.search(cmake):
         result.append("protobuf")
     for name in BOOST:
+        named = re.compile(rf"\bboost::{name}::")
         used = re.compile(rf"#\s*include\s*<boost/{name}(?:\.hpp|/)")
-        if name not in cmake and sources and any(used.search(text) for text in sources):
+        is_used = any(map(used.search, sources))
+        if name in HEADER and not is_used and any(map(named.search, sources)):
+            result.append(f"include_{name}")
+        if name not in cmake and (is_used or f"include_{name}" in result):
             result.append(f"boost_{name}")
     return result
 
@@ -155,7 +165,11 @@ def prepare(packages, workspace):
         needs = needs_of(folder) + [f"messages_{package}" for package in missing]
         if needs:
             lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
-            words = [WORDS.get(need, f"lib{need}") for need in needs if need[:9] != "messages_"]
+            words = [
+                WORDS.get(need, f"lib{need}")
+                for need in needs
+                if not need.startswith(("messages_", "include_"))
+            ]
             if words:
                 said.append(f"{name} is built with {', '.join(words)}")
             if missing:

@@ -1,7 +1,7 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, ffmpeg, standard, protobuf, boost_NAME, messages_NAME. Packages that need nothing
-# are left alone.
+# a list of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME and boost_NAME of
+# Boost, messages_NAME. Packages that need nothing are left alone.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()
@@ -26,7 +26,7 @@ endif()
 if(EXISTS "${CATKIN_DEVEL_PREFIX}/lib/libg2o_core.so" AND NOT G2O_INCREMENTAL_LIB)
   set(G2O_INCREMENTAL_LIB "" CACHE FILEPATH "of g2o's examples")
 endif()
-set(PADDOCK_FFMPEG "${CMAKE_CURRENT_LIST_DIR}/before_ffmpeg_5.h")
+set(PADDOCK_FIRST "${CMAKE_CURRENT_LIST_DIR}")  # headers that are included first
 include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()
@@ -82,7 +82,13 @@ function(paddock_help_target target type help)
     elseif(each STREQUAL "ffmpeg")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-fpermissive>"
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FFMPEG}>")
+        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/before_ffmpeg_5.h>")
+    elseif(each STREQUAL "eigen")
+      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
+        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/floating_indices.h>")
+    elseif(each MATCHES "^include_(.+)")
+      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
+        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include boost/${CMAKE_MATCH_1}.hpp>")
     elseif(each STREQUAL "standard")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>")

@@ -18,7 +18,8 @@ OLD = """#include <boost/bind/bind.hpp>
 double half(double number) { return number / 2; }
 int main(int count, char** words) {
   boost::program_options::options_description options("none");
-  std::cout << boost::bind(half, _1)(count) << std::string_view("") << options << std::endl;
+  boost::filesystem::path path("a");
+  std::cout << boost::bind(half, _1)(count) << std::string_view("") << options << path << std::endl;
 }
 """
 # Programs of it: one needs Gazebo, one does not, one does not compile, one is not linked.
