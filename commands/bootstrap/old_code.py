@@ -18,7 +18,7 @@ LARGEST = 1_000_000  # [bytes] of a source that is read
 # Boost's libraries that packages forget to link, as those of ROS brought them once
 BOOST = ("date_time", "filesystem", "program_options", "regex", "serialization")
 # Those of one header, and of a namespace of its name, which packages forget to include
-HEADER = ("filesystem", "program_options", "regex")
+HEADER = ("filesystem", "program_options")
 OLDEST_STANDARD = 17  # that log4cxx 1.0, which ros/console.h includes, compiles with
 _BARE = re.compile(r"\bbind\s*[(<][^;]*?[\s,(]_[1-9]\b")
 _STANDARD = re.compile(
@@ -48,7 +48,7 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME and boost_NAME.
+        List of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME, boost_NAME.
     """
     cmake, sources = texts(folder)
     result = []
