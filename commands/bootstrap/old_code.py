@@ -27,7 +27,10 @@ _STANDARD = re.compile(
 _BEFORE_FFMPEG_5 = re.compile(
     r"\bavcodec_get_context_defaults3\b|(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
 )
-_CUT_OFF = re.compile(r"\(\s*(?:std::)?(?:round|floor|ceil|trunc)f?\(")  # as an index
+_CUT_OFF = re.compile(  # as an index, not as what is cast or compared
+    r"(?<![\w:])(?!(?:\w*int\w*|\w*size_t|unsigned|long|short|u?char|float|double|if|while|return)\b)"
+    r"[A-Za-z_]\w*(?:\[\w+\])?\s*\(\s*(?:std::)?(?:round|floor|ceil|trunc)f?\("
+)
 _GAZEBO = re.compile(r"\bgazebo\b", re.I)
 _COMMENT = re.compile(r"#.*")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages

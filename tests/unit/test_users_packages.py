@@ -32,6 +32,8 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("", "boost::filesystem::path p;", ["include_filesystem", "boost_filesystem"]),
         ("filesystem", "boost::filesystem::path p;", ["include_filesystem"]),
         ("", "#include <Eigen/Dense>\nm(std::round(x)) += 1;", ["eigen"]),
+        ("", "#include <Eigen/Dense>\nm[i](round(x)) += 1;", ["eigen"]),
+        ("", "#include <Eigen/Dense>\nint(round(x)) + std::max(floor(x), 1) + (ceil(x));", []),
         ("", "m(round(x)) += 1;", []),
         ("# -std=c++11", "", []),
         ("find_package(Protobuf REQUIRED)\nfind_package(gazebo)", "", ["protobuf"]),
