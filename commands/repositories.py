@@ -63,6 +63,8 @@ def _bring(repository, folder):
     shutil.rmtree(part, ignore_errors=True)  # of a ./run that was killed
     try:
         _import(source, part)
+        if repository.released and not _manifests(place).keys() & set(repository.only):
+            raise CommandError(f"{source.url} has no package.xml of {', '.join(repository.only)}")
         bring_submodules(place, folder)
         enable(place, repository.only, is_new=True)
         os.rename(place, target)
@@ -155,6 +157,18 @@ def _shown(path):
     return relative(path).replace(f"{PART}/", "", 1)
 
 
+def _manifests(folder):
+    """Reads the package.xml files of a repository: of each name (its folder, what it asks for)."""
+    result = {}
+    for path in glob.glob(f"{glob.escape(folder)}/**/package.xml", recursive=True):
+        try:
+            name, wanted = deps.read_manifest(path)
+        except UsageError:
+            continue
+        result[name] = os.path.dirname(path), deps.without_tests(wanted)
+    return result
+
+
 def enable(folder, only, is_new):
     """Enables packages of a repository, with those of it that they need; disables the others.
 
@@ -163,13 +177,7 @@ def enable(folder, only, is_new):
         only: Their names; empty, or all of other repositories: all.
         is_new: Whether it has just been brought; else none is disabled.
     """
-    manifests = {}
-    for path in glob.glob(f"{glob.escape(folder)}/**/package.xml", recursive=True):
-        try:
-            name, wanted = deps.read_manifest(path)
-        except UsageError:
-            continue
-        manifests[name] = os.path.dirname(path), deps.without_tests(wanted)
+    manifests = _manifests(folder)
     needed, left = set(), [name for name in only if name in manifests] or list(manifests)
     while left:
         name = left.pop()

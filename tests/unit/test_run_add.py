@@ -297,6 +297,15 @@ def test_a_branch_that_is_gone_comes_from_the_release(here, hosted, capsys):
         for each in folders:
             shutil.rmtree(here / each)
     assert capsys.readouterr().out.count("its release is looked for\n") == 1
+    git(folder / "robot", "checkout", "-q", "-b", "gone")  # it is there, but is no ROS package
+    git(folder / "robot", "mv", "package.xml", "setup.py")
+    git(folder / "robot", "commit", "-q", "-m", "none")
+    repositories._lost.clear()
+    assert repositories.bring(repos.repositories_of("drive")[0], str(folder)) == ["drive-release"]
+    assert "robot has no package.xml of drive: its release" in capsys.readouterr().out
+    git(folder / "robot", "branch", "-q", "-m", "other")
+    shutil.rmtree(here / "drive-release")
+    repositories._lost.clear()
     shutil.rmtree(released)
     with pytest.raises(CommandError, match="/hosted/robot gone cannot be brought"):
         repositories.bring(repos.repositories_of("drive")[0], str(folder))
