@@ -13,6 +13,7 @@ from commands.bootstrap.step import StepFailed
 from commands.paths import BUILD, DEVEL, ROOT, read
 
 PLAIN, CATKIN = "cmake", "catkin"
+WITHOUT_TESTS = os.path.join(ROOT, "config", "cmake", "without_tests.cmake")
 OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
 FOLDER = os.path.join(BUILD, "plain")
 JOB = 1.5e6  # of memory for a compiler, as those of PCL's and Ceres's templates take [kB]
@@ -76,6 +77,7 @@ def build(step, environ, packages):
                     f"-DCMAKE_PREFIX_PATH={';'.join(prefixes)}",
                     "-DCMAKE_BUILD_TYPE=Release",
                     "-DBUILD_TESTING=OFF",
+                    f"-DCMAKE_PROJECT_INCLUDE={WITHOUT_TESTS}",
                 ],
                 environ,
             )
