@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import pickle
+import re
 import subprocess
 
 import pytest
@@ -156,6 +157,12 @@ def test_conditions_of_dependencies(tmp_path, condition, stands):
 
 def test_names_of_debian():
     assert deps.resolve(NAMES) == NAMES
+    text = paths.read(deps.OUR_LIST)
+    ours = deps.resolve(re.findall(r"(?m)^([\w.-]+):", text))
+    known = deps.existing({choice for choices in ours.values() for choice in choices})
+    assert len(ours) > 30 and not {
+        name for name, choices in ours.items() if not known & set(choices)
+    }
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
     assert of_a_sourced_ros["tf"] == [] and of_a_sourced_ros["eigen"] == ["libeigen3-dev"]
 
