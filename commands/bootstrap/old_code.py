@@ -12,6 +12,8 @@ from commands.paths import BUILD, ROOT, read, write
 
 HOOK = os.path.join(ROOT, "config", "cmake", "users_packages.cmake")
 HEADERS = os.path.join(ROOT, "config", "include")
+PLUGINLIB = os.path.join(ROOT, "config", "cmake", "pluginlib")
+DEBIANS_PLUGINLIB = "/usr/share/pluginlib/cmake/pluginlibConfig.cmake"
 HELP = os.path.join(BUILD, "users_packages.cmake")
 SOURCES = (".c", ".cc", ".cpp", ".cxx", ".h", ".hh", ".hpp", ".hxx")
 LARGEST = 1_000_000  # [bytes] of a source that is read
@@ -81,6 +83,14 @@ def needs_of(folder):
         if name not in cmake and (is_used or f"include_{name}" in result):
             result.append(f"boost_{name}")
     return result
+
+
+def counts_on_pluginlib(folder):
+    """Returns whether a package names what Noetic's pluginlib includes of boost."""
+    sources = texts(folder)[1]
+    if not any("<pluginlib/class_loader.hpp>" in text for text in sources):
+        return False
+    return "include_filesystem" in needs_of(folder)
 
 
 def forgotten(name, packages):
@@ -163,6 +173,8 @@ def prepare(packages, workspace):
         Lines that say what is helped.
     """
     lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
+    if os.path.exists(DEBIANS_PLUGINLIB) and any(map(counts_on_pluginlib, packages.values())):
+        lines.append(f'set(pluginlib_DIR "{PLUGINLIB}")\n')  # also of what includes their headers
     for name, folder in sorted(packages.items()):
         missing = forgotten(name, {**workspace, name: folder})
         needs = needs_of(folder) + [f"messages_{package}" for package in missing]

@@ -1,7 +1,7 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
 # a list of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME and boost_NAME of
-# Boost, messages_NAME. Packages that need nothing are left alone.
+# Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()

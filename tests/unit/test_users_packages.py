@@ -48,6 +48,18 @@ def test_what_old_code_needs(tmp_path, cmake, source, needs):
     assert old_code.needs_of(str(folder)) == needs
 
 
+def test_what_counts_on_noetics_pluginlib_gets_its_header(tmp_path, monkeypatch):
+    """In qt_gui_cpp's header, which other packages and sip's own make compile, too."""
+    monkeypatch.setattr(old_code, "HELP", str(tmp_path / "help.cmake"))
+    monkeypatch.setattr(old_code, "DEBIANS_PLUGINLIB", __file__)
+    loader, path = "#include <pluginlib/class_loader.hpp>\n", "boost::filesystem::path p;\n"
+    for source, helped in ((loader + path, True), (loader, False), (path, False)):
+        folder = package(tmp_path / "old", "old", HEAD.format("old", ""), old=source)
+        old_code.prepare({"old": str(folder)}, {})
+        assert ("set(pluginlib_DIR " in (tmp_path / "help.cmake").read_text()) == helped
+        shutil.rmtree(folder)
+
+
 def test_build_types(tmp_path):
     packages = {}
     for name, kind in (("plain", "cmake"), ("other", "ament_python"), ("usual", "catkin")):

@@ -1,0 +1,3 @@
+#pragma once
+#include <boost/filesystem.hpp>
+#include_next <pluginlib/class_loader.hpp>
