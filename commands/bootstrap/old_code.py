@@ -17,6 +17,7 @@ DEBIANS_PLUGINLIB = "/usr/share/pluginlib/cmake/pluginlibConfig.cmake"
 HELP = os.path.join(BUILD, "users_packages.cmake")
 SOURCES = (".c", ".cc", ".cpp", ".cxx", ".h", ".hh", ".hpp", ".hxx")
 LARGEST = 1_000_000  # [bytes] of a source that is read
+GLOG = "/usr/include/glog/logging.h"
 # Boost's libraries that packages forget to link, as those of ROS brought them once
 BOOST = ("date_time", "filesystem", "program_options", "regex", "serialization")
 # Those of one header, and of a namespace of its name, which packages forget to include
@@ -33,11 +34,14 @@ _CUT_OFF = re.compile(  # as an index, not as what is cast or compared
     r"(?<![\w:])(?!(?:\w*int\w*|\w*size_t|unsigned|long|short|u?char|float|double|if|while|return)\b)"
     r"[A-Za-z_]\w*(?:\[\w+\])?\s*\(\s*(?:std::)?(?:round|floor|ceil|trunc)f?\("
 )
+_SINK = re.compile(r"\bgoogle::LogSink\b")
+_TM = re.compile(r"\btm ?\*|\btm const ?\*")
 _GAZEBO = re.compile(r"\bgazebo\b", re.I)
 _COMMENT = re.compile(r"#.*")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
+    "glog": "glog's sinks of before 0.6",
     "headers": "headers under their old names",
     "eigen": "matrices of Eigen that floating-point numbers index",
     "ffmpeg": "names of FFmpeg before 5, and its codecs without const",
@@ -53,7 +57,8 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME, boost_NAME.
+        List of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, include_NAME and
+        boost_NAME.
     """
     cmake, sources = texts(folder)
     result = []
@@ -70,6 +75,10 @@ def needs_of(folder):
         result.append("ffmpeg")
     if any("<Eigen/" in text for text in sources) and any(map(_CUT_OFF.search, sources)):
         result.append("eigen")
+    if "LogMessageTime" in read(GLOG) and all(
+        any(map(pattern.search, sources)) for pattern in (_SINK, _TM)
+    ):
+        result.append("glog")
     if _needs_standard() and _STANDARD.search(cmake):
         result.append("standard")
     if re.search(r"find_package\s*\(\s*protobuf\b", cmake, re.I) and _GAZEBO.search(cmake):

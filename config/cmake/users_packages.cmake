@@ -1,7 +1,7 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, ffmpeg, eigen, standard, protobuf, include_NAME and boost_NAME of
-# Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
+# a list of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, include_NAME and boost_NAME
+# of Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()
@@ -86,6 +86,9 @@ function(paddock_help_target target type help)
     elseif(each STREQUAL "eigen")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/floating_indices.h>")
+    elseif(each STREQUAL "glog")
+      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
+        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/before_glog_0_6.h>")
     elseif(each MATCHES "^include_(.+)")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include boost/${CMAKE_MATCH_1}.hpp>")

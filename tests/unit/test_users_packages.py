@@ -35,6 +35,8 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("", "#include <Eigen/Dense>\nm[i](round(x)) += 1;", ["eigen"]),
         ("", "#include <Eigen/Dense>\nint(round(x)) + std::max(floor(x), 1) + (ceil(x));", []),
         ("", "m(round(x)) += 1;", []),
+        ("", "class A : google::LogSink { void send(const struct std::tm* t); };", ["glog"]),
+        ("", "class A : google::LogSink {};", []),
         ("# -std=c++11", "", []),
         ("find_package(Protobuf REQUIRED)\nfind_package(gazebo)", "", ["protobuf"]),
         ("find_package(Protobuf REQUIRED)", "", []),
@@ -43,7 +45,9 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("", "AVCodec *codec;", []),
     ],
 )  # fmt: skip
-def test_what_old_code_needs(tmp_path, cmake, source, needs):
+def test_what_old_code_needs(tmp_path, monkeypatch, cmake, source, needs):
+    (tmp_path / "logging.h").write_text("struct LogMessageTime;\n")
+    monkeypatch.setattr(old_code, "GLOG", str(tmp_path / "logging.h"))
     folder = package(tmp_path / "old", "old", HEAD.format("old", "") + cmake, old=source)
     assert old_code.needs_of(str(folder)) == needs
 

@@ -1,0 +1,23 @@
+// A sink of glog as it was before 0.6, with the time of a message as a std::tm, for ToString().
+// users_packages.cmake includes it first.
+#pragma once
+
+#include <ctime>
+#include <string>
+
+#include <glog/logging.h>
+
+namespace google {
+
+class SinkOfTm : public LogSink {
+ public:
+  using LogSink::ToString;
+  static std::string ToString(LogSeverity severity, const char *file, int line, const std::tm *time,
+                              const char *message, size_t length) {
+    return LogSink::ToString(severity, file, line, LogMessageTime(*time), message, length);
+  }
+};
+
+}  // namespace google
+
+#define LogSink SinkOfTm
