@@ -14,6 +14,7 @@ from commands.paths import BUILD, DEVEL, ROOT, read
 
 PLAIN, CATKIN = "cmake", "catkin"
 WITHOUT_TESTS = os.path.join(ROOT, "config", "cmake", "without_tests.cmake")
+NOT_BUILT = "file INSTALL cannot find"  # what CMake says
 OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
 FOLDER = os.path.join(BUILD, "plain")
 JOB = 1.5e6  # of memory for a compiler, as those of PCL's and Ceres's templates take [kB]
@@ -64,29 +65,39 @@ def build(step, environ, packages):
         if kind != PLAIN
     ]
     for name in _in_order({name: packages[name] for name, kind in kinds.items() if kind == PLAIN}):
-        begin = os.path.getsize(step.log) if step.begun is not None else 0
-        into = os.path.join(FOLDER, name)
-        prefixes = [DEVEL, *filter(None, environ.get("CMAKE_PREFIX_PATH", "").split(":"))]
-        cache = os.path.join(OPTIONS, f"{name}.cmake")
-        try:
-            yield (
-                [
-                    *("cmake", "-S", packages[name], "-B", into),
-                    *(("-C", cache) if os.path.exists(cache) else ()),
-                    f"-DCMAKE_INSTALL_PREFIX={DEVEL}",
-                    f"-DCMAKE_PREFIX_PATH={';'.join(prefixes)}",
-                    "-DCMAKE_BUILD_TYPE=Release",
-                    "-DBUILD_TESTING=OFF",
-                    f"-DCMAKE_PROJECT_INCLUDE={WITHOUT_TESTS}",
-                ],
-                environ,
-            )
-            yield ["make", "-C", into, "-O", jobs(), "install"], environ
-        except StepFailed:
-            with open(step.log, encoding="utf-8", errors="replace") as stream:
-                stream.seek(begin)
-                refused.append(left_out.of_plain_cmake(name, stream.read()))
+        text = yield from _build(step, environ, packages[name], name, WITHOUT_TESTS)
+        if NOT_BUILT in text:  # it installs its programs for tests
+            text = yield from _build(step, environ, packages[name], name, "")
+        if text:
+            refused.append(left_out.of_plain_cmake(name, text))
     return refused
+
+
+def _build(step, environ, folder, name, included):
+    """Builds a package, with a file that CMake includes; returns the log of a failure, else none."""
+    begin = os.path.getsize(step.log) if step.begun is not None else 0
+    into = os.path.join(FOLDER, name)
+    prefixes = [DEVEL, *filter(None, environ.get("CMAKE_PREFIX_PATH", "").split(":"))]
+    cache = os.path.join(OPTIONS, f"{name}.cmake")
+    try:
+        yield (
+            [
+                *("cmake", "-S", folder, "-B", into),
+                *(("-C", cache) if os.path.exists(cache) else ()),
+                f"-DCMAKE_INSTALL_PREFIX={DEVEL}",
+                f"-DCMAKE_PREFIX_PATH={';'.join(prefixes)}",
+                "-DCMAKE_BUILD_TYPE=Release",
+                "-DBUILD_TESTING=OFF",
+                f"-DCMAKE_PROJECT_INCLUDE={included}",
+            ],
+            environ,
+        )
+        yield ["make", "-C", into, "-O", jobs(), "install"], environ
+    except StepFailed:
+        with open(step.log, encoding="utf-8", errors="replace") as stream:
+            stream.seek(begin)
+            return stream.read()
+    return ""
 
 
 def jobs(memory="/proc/meminfo"):

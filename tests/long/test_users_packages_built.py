@@ -101,14 +101,19 @@ def filled(clone, tmp_path_factory, package_index):
             hear="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
     linked = "find_package(plain_sum REQUIRED)\nlink_libraries(plain_sum)\n"
     tested = "add_executable(sum_test src/sum_test.cpp)\nadd_test(NAME sum_test COMMAND sum_test)\n"
+    installed = (
+        "add_executable(half_test src/half_of_it.cpp)\nset_target_properties(half_test PROPERTIES "
+        "LINK_FLAGS -shared)\nadd_test(half_test half_test)\n"
+        "install(TARGETS half_test DESTINATION bin)\n"
+    )
     for name, text, more in (
         ("plain_sum", "int sum() { return 5; }\n", tested),
-        ("half_of_it", "int sum();\nint half() { return sum() / 2; }\n", linked),
+        ("half_of_it", "int sum();\nint half() { return sum() / 2; }\n", linked + installed),
         ("bad_plain", "int bad() { return no_such_name; }\n", ""),
     ):
         sources = {name: text, "sum_test": "int main() { return no_such_name; }\n"}
         folder = package(root / "src" / name, name, PLAIN.format(name, more), **sources)
-        of_type(folder, "cmake", *(["plain_sum"] if more == linked else []))
+        of_type(folder, "cmake", *(["plain_sum"] if name == "half_of_it" else []))
     of_type(package(root / "src" / "of_ros_2", "of_ros_2", "error\n"), "ament_cmake")
     package(root / "src" / "uses_plain", "uses_plain",
             HEAD.format("uses_plain", "") + "catkin_package()\n"
