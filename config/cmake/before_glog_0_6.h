@@ -14,7 +14,10 @@ class SinkOfTm : public LogSink {
   using LogSink::ToString;
   static std::string ToString(LogSeverity severity, const char *file, int line, const std::tm *time,
                               const char *message, size_t length) {
-    return LogSink::ToString(severity, file, line, LogMessageTime(*time), message, length);
+    std::tm copy = *time;
+    const std::time_t seconds = std::mktime(&copy);  // of a tm alone microseconds are undefined
+    const LogMessageTime stamp(seconds, static_cast<WallTime>(seconds));
+    return LogSink::ToString(severity, file, line, stamp, message, length);
   }
 };
 
