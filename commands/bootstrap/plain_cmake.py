@@ -13,7 +13,8 @@ from commands.bootstrap.step import StepFailed
 from commands.paths import BUILD, DEVEL, ROOT, read
 
 PLAIN, CATKIN = "cmake", "catkin"
-WITHOUT_TESTS = os.path.join(ROOT, "config", "cmake", "without_tests.cmake")
+NO_TESTS = os.path.join(ROOT, "config", "cmake", "without_tests.cmake")
+WITHOUT_TESTS, WITH_TESTS = f"-DCMAKE_PROJECT_INCLUDE={NO_TESTS}", "-UCMAKE_PROJECT_INCLUDE"
 NOT_BUILT = "file INSTALL cannot find"  # what CMake says
 OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
 FOLDER = os.path.join(BUILD, "plain")
@@ -67,14 +68,14 @@ def build(step, environ, packages):
     for name in _in_order({name: packages[name] for name, kind in kinds.items() if kind == PLAIN}):
         text = yield from _build(step, environ, packages[name], name, WITHOUT_TESTS)
         if NOT_BUILT in text:  # it installs its programs for tests
-            text = yield from _build(step, environ, packages[name], name, "")
+            text = yield from _build(step, environ, packages[name], name, WITH_TESTS)
         if text:
             refused.append(left_out.of_plain_cmake(name, text))
     return refused
 
 
-def _build(step, environ, folder, name, included):
-    """Builds a package, with a file that CMake includes; returns the log of a failure, else none."""
+def _build(step, environ, folder, name, option):
+    """Builds a package, with an option of cmake; returns the log of a failure, else nothing."""
     begin = os.path.getsize(step.log) if step.begun is not None else 0
     into = os.path.join(FOLDER, name)
     prefixes = [DEVEL, *filter(None, environ.get("CMAKE_PREFIX_PATH", "").split(":"))]
@@ -88,7 +89,7 @@ def _build(step, environ, folder, name, included):
                 f"-DCMAKE_PREFIX_PATH={';'.join(prefixes)}",
                 "-DCMAKE_BUILD_TYPE=Release",
                 "-DBUILD_TESTING=OFF",
-                f"-DCMAKE_PROJECT_INCLUDE={included}",
+                option,
             ],
             environ,
         )
