@@ -57,8 +57,8 @@ def needs_of(folder):
         folder: Its folder.
 
     Returns:
-        List of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, include_NAME and
-        boost_NAME.
+        List of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, include_NAME,
+        boost_NAME and pluginlib.
     """
     cmake, sources = texts(folder)
     result = []
@@ -91,15 +91,10 @@ def needs_of(folder):
             result.append(f"include_{name}")
         if name not in cmake and (is_used or f"include_{name}" in result):
             result.append(f"boost_{name}")
+    loads = any("<pluginlib/class_loader.hpp>" in text for text in sources)
+    if loads and "include_filesystem" in result:  # which Noetic's pluginlib includes
+        result.append("pluginlib")
     return result
-
-
-def counts_on_pluginlib(folder):
-    """Returns whether a package names what Noetic's pluginlib includes of boost."""
-    sources = texts(folder)[1]
-    if not any("<pluginlib/class_loader.hpp>" in text for text in sources):
-        return False
-    return "include_filesystem" in needs_of(folder)
 
 
 def forgotten(name, packages):
@@ -182,17 +177,17 @@ def prepare(packages, workspace):
         Lines that say what is helped.
     """
     lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
-    if os.path.exists(DEBIANS_PLUGINLIB) and any(map(counts_on_pluginlib, packages.values())):
-        lines.append(f'set(pluginlib_DIR "{PLUGINLIB}")\n')  # also of what includes their headers
     for name, folder in sorted(packages.items()):
         missing = forgotten(name, {**workspace, name: folder})
         needs = needs_of(folder) + [f"messages_{package}" for package in missing]
         if needs:
             lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
+            if "pluginlib" in needs and os.path.exists(DEBIANS_PLUGINLIB):  # for all packages
+                lines.append(f'set(pluginlib_DIR "{PLUGINLIB}")\n')
             words = [
                 WORDS.get(need, f"lib{need}")
                 for need in needs
-                if not need.startswith(("messages_", "include_"))
+                if not need.startswith(("messages_", "include_", "pluginlib"))
             ]
             if words:
                 said.append(f"{name} is built with {', '.join(words)}")

@@ -1,7 +1,7 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, include_NAME and boost_NAME
-# of Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
+# a list of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, pluginlib, include_NAME and
+# boost_NAME of Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()
@@ -71,32 +71,34 @@ function(paddock_help_targets folder help)
   endforeach()
 endfunction()
 
+function(paddock_include_first target header)
+  set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
+    "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${header}>")
+endfunction()
+
 function(paddock_help_target target type help)
   foreach(each IN LISTS help)
     if(each STREQUAL "placeholders")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
-        "$<$<COMPILE_LANGUAGE:CXX>:-DBOOST_BIND_GLOBAL_PLACEHOLDERS>"
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include boost/bind.hpp>")
+        "$<$<COMPILE_LANGUAGE:CXX>:-DBOOST_BIND_GLOBAL_PLACEHOLDERS>")
+      paddock_include_first(${target} "boost/bind.hpp")
     elseif(each STREQUAL "headers")
       set_property(TARGET ${target} APPEND PROPERTY INCLUDE_DIRECTORIES "${PADDOCK_HEADERS}")
     elseif(each STREQUAL "ffmpeg")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
-        "$<$<COMPILE_LANGUAGE:CXX>:-fpermissive>"
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/before_ffmpeg_5.h>")
+        "$<$<COMPILE_LANGUAGE:CXX>:-fpermissive>")
+      paddock_include_first(${target} "${PADDOCK_FIRST}/before_ffmpeg_5.h")
     elseif(each STREQUAL "eigen")
-      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/floating_indices.h>")
+      paddock_include_first(${target} "${PADDOCK_FIRST}/floating_indices.h")
     elseif(each STREQUAL "glog")
-      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${PADDOCK_FIRST}/before_glog_0_6.h>")
+      paddock_include_first(${target} "${PADDOCK_FIRST}/before_glog_0_6.h")
     elseif(each MATCHES "^include_(.+)")
-      set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
-        "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include boost/${CMAKE_MATCH_1}.hpp>")
+      paddock_include_first(${target} "boost/${CMAKE_MATCH_1}.hpp")
     elseif(each STREQUAL "standard")
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>")
       set_property(TARGET ${target} PROPERTY CXX_STANDARD 17)
-    elseif(each STREQUAL "protobuf")
+    elseif(each MATCHES "^(protobuf|pluginlib)$")
     elseif(each MATCHES "^messages_(.+)")
       add_dependencies(${target} ${CMAKE_MATCH_1}_generate_messages_cpp)
     elseif(type MATCHES "EXECUTABLE|SHARED_LIBRARY|MODULE_LIBRARY")
