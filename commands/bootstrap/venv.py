@@ -42,6 +42,7 @@ EXTRAS = {
     "learning": "stable_baselines3, torch",
     "ray": "ray",
     "sweep": "optuna",
+    "tensorboard": "tensorboard",
     "test": "hypothesis, pytest, vehiclemodels",
     "lint": "mypy, ruff, vermin",
 }

@@ -119,7 +119,7 @@ def prepare_stages(filters):
     """Installs what tests need beyond ./run setup, those that have to be asked for some more."""
     from commands.bootstrap import packages, venv
 
-    more = ("learning", "ray", "sweep") if "learning" in filters else ()
+    more = ("learning", "ray", "sweep", "tensorboard") if "learning" in filters else ()
     venv.prepare_extras("test", "lint", "gym", *more)
     packages.prepare(packages.DESK_SERVER_LIST)
     if "desk" in filters:

@@ -57,6 +57,7 @@ def add_arguments(parser):
     for flag, default, text in (
         ("--walls", None, "walls along the lane, for the lidar"),
         ("--threads", None, "workers in threads of one process, on all cores, not in processes"),
+        ("--tensorboard", None, "also a log for ./run exec tensorboard --logdir out/train"),
         ("--resume", False, "go on with what is in the folder"),
     ):
         parser.add_argument(flag, action="store_true", default=default, help=text)
@@ -68,7 +69,7 @@ def run(options, _rest):
 
     environ = environment.ready()
     table = wanted(options)
-    venv.prepare_extras("learning", *(["ray"] if "ray" in table else []))
+    venv.prepare_extras("learning", *(name for name in ("ray", "tensorboard") if name in table))
     locks.take_results(table["folder"])
     words = ["paddock_gym.training.cli", json.dumps(table)]
     processes.become_module(VENV_PYTHON, words, environ)

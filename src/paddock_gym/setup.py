@@ -17,7 +17,7 @@ SHARED = {  # folders of packages
 }
 REQUIRES = (
     "glcontext>=2.3",
-    "gymnasium>=1.0,<1.1",
+    "gymnasium>=0.29.1,<2",
     "moderngl>=5.8,<6",
     "numba>=0.57",
     "numpy>=1.23.5,<3",
@@ -40,6 +40,7 @@ TRAINING = (
     "stable-baselines3>=2.6,<3; python_version >= '3.13'",  # which allow numpy 2
     "torch>=1.13",
 )
+TENSORBOARD = ("tensorboard>=2.14",)  # its logs of a training
 SEVERAL = ("pettingzoo>=1.24",)  # several robots that learn in one world
 BULLET = ("pybullet==3.2.7",)  # the solver "bullet", and shapes that "ode" leaves to it
 PARTS = "parts" if os.path.isdir("parts") else ".."  # of a source distribution, or of the clone
@@ -74,6 +75,7 @@ def standalone():
             "sweep": SWEEP,
             "bullet": BULLET,
             "several": SEVERAL,
+            "tensorboard": TENSORBOARD,
         },
         "options": {"build": {"build_base": temporary}, "egg_info": {"egg_base": temporary}},
     }

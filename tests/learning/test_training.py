@@ -1,5 +1,6 @@
 """Training itself: it learns, keeps what it has, goes on, survives dead workers."""
 
+import csv
 import io
 import os
 import pickle
@@ -113,6 +114,21 @@ def test_rewards_in_a_published_style_train_as_they_are(training, reward):
     )
     assert 2048 <= report["steps"] < 4096  # whole runs up to the update after the last step
     assert 0 < len((training.folder / "episodes.csv").read_text().splitlines())
+
+
+def test_tensorboard_shows_what_the_table_has(training):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    training.run(tensorboard=True, **SHORT)
+    log = EventAccumulator(str(training.folder))
+    log.Reload()
+    with open(training.folder / "progress.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    names = set(log.Tags()["scalars"])
+    assert {"rollout/ep_rew_mean", "train/loss"} <= names <= set(rows[0])
+    for name in names:
+        shown = [event.value for event in log.Scalars(name)]
+        assert shown == pytest.approx([float(row[name]) for row in rows if row[name]], rel=1e-5)
 
 
 class Command:

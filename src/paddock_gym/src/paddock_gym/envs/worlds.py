@@ -16,6 +16,8 @@ from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.envs.robot import RobotEnv
 from paddock_gym.errors import GymError
 
+# Of Gymnasium 1.1 and later, where each vector of environments tells it
+_AUTORESET = getattr(gymnasium.vector, "AutoresetMode", None)
 _making = threading.Lock()  # xacro has variables that all threads share
 
 
@@ -85,8 +87,8 @@ def _made(maker: Callable[[], gymnasium.Env]) -> gymnasium.Env:
 class WorldsEnv(gymnasium.vector.VectorEnv):
     """num_envs environments, each in a world of its own; of the base class DeepRacers.
 
-    A run that has ended starts anew at the next step, whose action it ignores, as in Gymnasium's
-    SyncVectorEnv; each drives as its environment alone does, to the bit.
+    A run that has ended starts anew at the next step, whose action it ignores, as in Gymnasium
+    1's SyncVectorEnv; each drives as its environment alone does, to the bit.
 
     Args:
         num_envs: how many.
@@ -103,6 +105,7 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
     """
 
     kind: Callable[..., gymnasium.Env] = DeepRacerEnv
+    closed = False  # Gymnasium 0.29's base class sets it in its __init__ alone
 
     def __init__(
         self,
@@ -124,6 +127,8 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
         self._worlds = Worlds([make] * num_envs, threads)
         first = self._worlds.envs[0]
         self.num_envs, self.render_mode, self.metadata = num_envs, render_mode, first.metadata
+        if _AUTORESET is not None:
+            self.metadata = {**self.metadata, "autoreset_mode": _AUTORESET.NEXT_STEP}
         self.single_action_space = first.action_space
         self.single_observation_space = first.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -193,10 +198,11 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
             infos = self._add_info(infos, result[-1], index)
         return infos
 
-    def close_extras(self, **_: Any) -> None:
-        """Free the engines."""
+    def close(self, **_: Any) -> None:
+        """Free the engines; a second call has no effect."""
         if hasattr(self, "_worlds"):  # not if an option was wrong
             self._worlds.close()
+        self.closed = True
 
 
 class RobotWorldsEnv(WorldsEnv):

@@ -1,6 +1,7 @@
 """One training from its settings to its files."""
 
 import dataclasses
+import importlib.util
 import os
 import time
 
@@ -9,6 +10,7 @@ from paddock_common.process import StopRequest
 from stable_baselines3.common.logger import configure
 
 from paddock_gym.contract.hyperparameters import write_json
+from paddock_gym.errors import GymError
 from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.examination import STARTS
@@ -31,15 +33,21 @@ def train(settings, folder, resume=False, log=print, ray=None):
 
     Returns:
         The report, a dict.
+
+    Raises:
+        GymError: the settings want a log for TensorBoard, which is not installed.
     """
     # Small networks are fastest on one thread; those for images learn while the workers wait.
     torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
+    logs = ["csv", "tensorboard"] if settings.tensorboard else ["csv"]
+    if settings.tensorboard and not importlib.util.find_spec("tensorboard"):
+        raise GymError("tensorboard is True, but not installed; pip install tensorboard")
     settings, workers = _workers(settings, folder, ray, log)
     started_at = time.monotonic()
     try:
         model = _model(settings, folder, workers, resume)
         already = model.num_timesteps
-        model.set_logger(configure(folder, ["csv"]))
+        model.set_logger(configure(folder, logs))
         with StopRequest() as stop:  # Ctrl-C stops the training cleanly
             monitor = TrainingMonitor(
                 folder, settings.steps, log, stop.requested, *success(settings),

@@ -13,7 +13,7 @@ from paddock_gym.ids import BACKING, ENVS
 
 FILE = "settings.json"
 
-MAY_CHANGE = ("steps", "until_laps", "workers", "threads")  # by --resume
+MAY_CHANGE = ("steps", "until_laps", "workers", "threads", "tensorboard")  # by --resume
 ROLLOUT, BATCH = 512, 128  # actions of an update in all, of one of its steps
 
 
@@ -34,6 +34,7 @@ class Settings:
         workers: processes or Ray actors with one car each; 0: one for each processor of Ray.
         threads: workers are worlds in threads of one process, not processes or actors.
         seed: of the network, the starts and the noise.
+        tensorboard: whether there is a log for TensorBoard, too.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Settings:
     workers: int = 4
     threads: bool = False
     seed: int = 0
+    tensorboard: bool = False
 
     def __post_init__(self):
         for name in ("observation", "randomize"):  # lists in JSON
