@@ -4,6 +4,8 @@ Found by reading their sources before the build, so that no failure has to come 
 not changed: config/cmake/users_packages.cmake adds options to their targets.
 """
 
+import glob
+import itertools
 import os
 import re
 
@@ -23,12 +25,16 @@ BOOST = ("date_time", "filesystem", "program_options", "regex", "serialization")
 # Those of one header, and of a namespace of its name, which packages forget to include
 HEADER = ("filesystem", "program_options")
 OLDEST_STANDARD = 17  # that log4cxx 1.0, which ros/console.h includes, compiles with
+# What the headers of a package bring into those that include them
+PASSED = re.compile(r"placeholders|headers|ffmpeg|eigen|glog|include_.*")
 _BARE = re.compile(r"\bbind\s*[(<][^;]*?[\s,(]_[1-9]\b")
+_STD_PLACEHOLDERS = re.compile(r"using namespace std::placeholders|using std::placeholders")
 _STANDARD = re.compile(
     r"std=(?:c|gnu)\+\+(?:98|03|0x|11|1y|14)\b|CXX_STANDARD\s+\"?(?:98|11|14)\b|cxx_std_(?:98|11|14)\b"
 )
 _BEFORE_FFMPEG_5 = re.compile(
-    r"\bavcodec_get_context_defaults3\b|(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
+    r"\bavcodec_get_context_defaults3\b|\bav(?:codec)?_register_all\b|\bAVLockOp\b|"
+    r"(?<!const )\b(?:AVCodec|AVOutputFormat|AVInputFormat) ?\*"
 )
 _CUT_OFF = re.compile(  # as an index, not as what is cast or compared
     r"(?<![\w:])(?!(?:\w*int\w*|\w*size_t|unsigned|long|short|u?char|float|double|if|while|return)\b)"
@@ -62,9 +68,8 @@ def needs_of(folder):
     """
     cmake, sources = texts(folder)
     result = []
-    if any(_has_bare_placeholders(text) for text in sources) and not any(
-        re.search(r"using namespace std::placeholders|using std::placeholders", text)
-        for text in sources
+    if any(map(_has_bare_placeholders, sources)) and not any(
+        map(_STD_PLACEHOLDERS.search, sources)
     ):
         result.append("placeholders")
     if any(f"{name}>" in text or f'{name}"' in text for name in _lacking() for text in sources):
@@ -106,6 +111,14 @@ def forgotten(name, packages):
         packages: All packages of the workspace: of each name its folder.
     """
     asked = [package for package in left_out.components_of(packages[name]) if package in packages]
+    before = _before(name, packages)
+    return [
+        package for package in asked if package not in before and _has_messages(packages[package])
+    ]
+
+
+def _before(name, packages):
+    """Names of all that a package's package.xml asks to be built before it, and theirs."""
     before, result = set(), left_out.asked_for(packages[name], BUILD_TAGS)
     while result:
         before |= result
@@ -115,9 +128,32 @@ def forgotten(name, packages):
             for package in left_out.asked_for(packages[other])
             if package not in before
         }
-    return [
-        package for package in asked if package not in before and _has_messages(packages[package])
-    ]
+    return before
+
+
+def with_headers(packages):
+    """Tells what packages need, with what the headers need that they include of each other.
+
+    Args:
+        packages: Of each name the folder.
+
+    Returns:
+        Of each name a list, see needs_of().
+    """
+    own = {name: needs_of(folder) for name, folder in packages.items()}
+    passed = {
+        name: list(filter(PASSED.fullmatch, needs_of(os.path.join(packages[name], "include"))))
+        for name, needs in own.items()
+        if any(map(PASSED.fullmatch, needs))
+    }
+    result = {}
+    for name, needs in own.items():
+        before = _before(name, packages) if passed else set()
+        more = {need for other in before & passed.keys() for need in passed[other]} - set(needs)
+        if "placeholders" in more and any(map(_STD_PLACEHOLDERS.search, texts(packages[name])[1])):
+            more.remove("placeholders")
+        result[name] = needs + sorted(more)
+    return result
 
 
 def _has_messages(folder):
@@ -177,9 +213,10 @@ def prepare(packages, workspace):
         Lines that say what is helped.
     """
     lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
+    needed = with_headers(packages)
     for name, folder in sorted(packages.items()):
         missing = forgotten(name, {**workspace, name: folder})
-        needs = needs_of(folder) + [f"messages_{package}" for package in missing]
+        needs = needed[name] + [f"messages_{package}" for package in missing]
         if needs:
             lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
             if "pluginlib" in needs and os.path.exists(DEBIANS_PLUGINLIB):  # for all packages
@@ -196,6 +233,13 @@ def prepare(packages, workspace):
     if read(HELP) != "".join(lines):
         write(HELP, "".join(lines))
     return said
+
+
+def helpers():
+    """Lists the files by which packages are helped, this one among them."""
+    folders = (os.path.dirname(HOOK), HEADERS)
+    found = [glob.glob(f"{folder}/**", recursive=True) for folder in folders]
+    return [os.path.abspath(__file__), *sorted(itertools.chain(*found))]
 
 
 def options():

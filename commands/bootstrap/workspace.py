@@ -272,11 +272,13 @@ def list_packages(inputs):
 
 
 def _base():
-    """Lists what else a build is bound to: the place of the clone, the ROS, what that has; and what
-    is installed at all, if something was left out."""
+    """Lists what else a build is bound to: the place of the clone, the ROS, what that has; and if
+    something was left out, what is installed at all, and how old code is helped."""
     base = [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere(), read(GAZEBO_STAMP)]
-    if left_out.saved() and os.path.exists(packages.INSTALLED):  # it may be there now
-        base.append(f"installed at {os.stat(packages.INSTALLED).st_mtime_ns}")
+    if left_out.saved():  # it may be there now, or be built now
+        changing = [packages.INSTALLED, *old_code.helpers()]
+        changed = [os.stat(path).st_mtime_ns for path in changing if os.path.exists(path)]
+        base.append(f"installed at and helped since {changed}")
     return base
 
 

@@ -1,5 +1,6 @@
 """Packages that a user puts into src/: how each is looked at before it is built."""
 
+import os
 import shutil
 import subprocess
 
@@ -42,6 +43,8 @@ def test_folders_of_ours_are_all_that_the_repository_has():
         ("find_package(Protobuf REQUIRED)", "", []),
         ("", "#include <libavcodec/avcodec.h>\nAVCodec* codec;", ["ffmpeg"]),
         ("", "#include <libavcodec/avcodec.h>\nconst AVCodec *codec;", []),
+        ("", "#include <libavcodec/avcodec.h>\nav_register_all();", ["ffmpeg"]),
+        ("", "#include <libavcodec/avcodec.h>\nint lock(void **, enum AVLockOp);", ["ffmpeg"]),
         ("", "AVCodec *codec;", []),
     ],
 )  # fmt: skip
@@ -50,6 +53,46 @@ def test_what_old_code_needs(tmp_path, monkeypatch, cmake, source, needs):
     monkeypatch.setattr(old_code, "GLOG", str(tmp_path / "logging.h"))
     folder = package(tmp_path / "old", "old", HEAD.format("old", "") + cmake, old=source)
     assert old_code.needs_of(str(folder)) == needs
+
+
+def test_what_a_header_needs_is_given_to_what_includes_it(tmp_path):
+    """nav_core_adapter includes nav_2d_utils' odom_subscriber.h, which has a bare _1."""
+    bare, plain = "x = boost::bind(&A::b, this, _1);", "int x;"
+    standard = "using namespace std::placeholders;"
+    folders = {}
+    for name, source, header, wanted in (
+        ("header", plain, bare, ""),
+        ("source", bare, plain, ""),
+        ("uses", plain, plain, "header"),
+        ("above", plain, plain, "uses"),
+        ("standards", standard, plain, "header"),
+        ("others", plain, plain, "source"),
+    ):
+        folder = package(tmp_path / name, name, HEAD.format(name, ""), **{name: source})
+        (folder / "include" / name).mkdir(parents=True)
+        (folder / "include" / name / "a.h").write_text(header)
+        manifest = folder / "package.xml"
+        depend = f"<depend>{wanted}</depend></package>" if wanted else "</package>"
+        manifest.write_text(manifest.read_text().replace("</package>", depend))
+        folders[name] = str(folder)
+    needs = old_code.with_headers(folders)
+    helped = {name for name, needed in needs.items() if needed == ["placeholders"]}
+    assert helped == {"header", "source", "uses", "above"}
+    assert needs["standards"] == needs["others"] == []
+
+
+def test_what_was_left_out_is_built_again_when_old_code_is_helped_otherwise(tmp_path, monkeypatch):
+    """After a git pull it stayed left out until something of it changed."""
+    helper = tmp_path / "helper.h"
+    monkeypatch.setattr(old_code, "HEADERS", str(tmp_path))
+    assert old_code.HOOK in old_code.helpers()
+    seen = []
+    for saved, text in ((["p"], ""), (["p"], "new"), ([], ""), ([], "new")):
+        monkeypatch.setattr(left_out, "saved", lambda saved=saved: saved)
+        helper.write_text(text)
+        os.utime(helper, ns=(1, len(seen) + 1))
+        seen.append(workspace._base())
+    assert seen[0] != seen[1] and seen[2] == seen[3]
 
 
 def test_what_counts_on_noetics_pluginlib_gets_its_header(tmp_path, monkeypatch):
