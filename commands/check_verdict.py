@@ -18,7 +18,7 @@ LISTED = 3  # names that a sentence gives
 LOWEST = -1.0  # [m] below which a robot has fallen out of the world
 FIRST = 3.0  # periods in which a sensor sends its first message
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
-DRIVE = re.compile(r"drive|planar_move|hand_of_god|steer")  # in libraries that move a robot
+DRIVE = re.compile(r"drive|planar_move|hand_of_god|steer|kobuki")  # in libraries that move a robot
 NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
 MASSLESS = re.compile(r"links of '[^']+' without mass are left out.*, as in Gazebo: ([^;]*)")
 MODEL = re.compile(r"model://([^/\s']+)")
@@ -104,7 +104,7 @@ def _with_places(moved, text):
 
 def _files(report):
     """Models, heightmaps and meshes that are missing."""
-    missing, database = {}, set()
+    missing, database, stands = {}, set(), False  # stands: a robot may stand on one of them
     for part in (report, *report.get("models", ())):
         for cause, items in part.get("missing", {}).items():
             rest = missing.setdefault(cause, {})
@@ -112,6 +112,7 @@ def _files(report):
                 name = MODEL.search(item)
                 if name and name[1] in sources.database():
                     database.add(name[1])
+                    stands = stands or not cause.startswith("mesh")
                 else:
                     rest[item.strip("'")] = True
     if database:
@@ -119,7 +120,7 @@ def _files(report):
         count = "1 model" if len(names) == 1 else f"{len(names)} models"
         verb = "is" if len(names) == 1 else "are"
         text = f"{count} of Gazebo's database {verb} missing: {listed(names)}"
-        yield Problem(f"{text}; ./run add models {' '.join(names)}", count)
+        yield Problem(f"{text}; ./run add models {' '.join(names)}", count, stands)
     for cause, rest in missing.items():
         nouns, what = cause.replace("included ", "").split(" ", 1)
         noun, rest = {"meshes": "mesh"}.get(nouns, nouns[:-1]), list(rest)

@@ -4,7 +4,7 @@ QtPy, which rqt_plot draws with, does not know the bindings by the names that RO
 
 Programs of users get the system's cv2, which has windows. Paddock's own get that of .venv/opencv,
 which has none and is imported in a quarter of the time, with 80 MB less; so does whoever has no
-other. Nothing is imported here before a program asks for it.
+other. Users' Qt windows get paddock_qt. Nothing is imported here before a program asks for it.
 """
 
 import os
@@ -24,6 +24,7 @@ WITHOUT_SCREEN = {
     "PySide2": ("QT_QPA_PLATFORM", "offscreen"),
     "pygame": ("SDL_VIDEODRIVER", "dummy"),
 }
+QT = ("PyQt5.QtCore", "PyQt5.QtGui", "PyQt5.QtWidgets")  # what paddock_qt changes
 QT_API = {"pyqt": "pyqt5", "pyside": "pyside2"}  # of python_qt_binding -> of QtPy
 
 
@@ -53,9 +54,9 @@ def is_own():
 
 
 class Finder:
-    """Finds modules of WITHOUT_SCREEN, qtpy and cv2, by asking the others; each once."""
+    """Finds modules of WITHOUT_SCREEN and QT, qtpy and cv2, by asking the others; each once."""
 
-    wanted = {"cv2", "qtpy", *WITHOUT_SCREEN}
+    wanted = {"cv2", "qtpy", *WITHOUT_SCREEN, *(QT if sys.version_info >= (3, 10) else ())}
 
     @classmethod
     def find_spec(cls, name, path=None, target=None):
@@ -67,6 +68,8 @@ class Finder:
             if os.environ.get("QT_API") in QT_API:
                 os.environ["QT_API"] = QT_API[os.environ["QT_API"]]
             return None
+        if name in QT:
+            return None if is_own() else found_with(name, "paddock_qt")
         if name != "cv2":
             if not has_screen() and not is_own():
                 os.environ.setdefault(*WITHOUT_SCREEN[name])
@@ -77,20 +80,23 @@ class Finder:
             sys.path.insert(0, HEADLESS)
             return None
         sys.path.append(HEADLESS)
-        from importlib.util import find_spec
+        return found_with("cv2", "paddock_windows", has_screen())
 
-        spec = find_spec("cv2")
-        if spec is not None:
-            execute = spec.loader.exec_module
 
-            def exec_module(module):
-                execute(module)
-                import paddock_windows
+def found_with(name, changer, *arguments):
+    """Finds a module, which install() of another changes once it is executed; None: not found."""
+    from importlib.util import find_spec
 
-                paddock_windows.install(sys.modules["cv2"], has_screen())
+    spec = find_spec(name)
+    if spec is not None:
+        execute = spec.loader.exec_module
 
-            spec.loader.exec_module = exec_module
-        return spec
+        def exec_module(module):
+            execute(module)
+            __import__(changer).install(sys.modules[name], *arguments)
+
+        spec.loader.exec_module = exec_module
+    return spec
 
 
 def call_next():

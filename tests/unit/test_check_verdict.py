@@ -166,6 +166,8 @@ NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"  # o
 HILL = {"heightmaps cannot be used and are left out": ["/w/hill.asc"]}
 MESHES = {"meshes are missing and left out": ["package://a/b.stl", "package://a/c.stl"]}
 MODELS = {"included models cannot be used": ["'model://cafe_table'", "'model://bookshelf'"]}
+DATABASE_MESH = {"meshes are missing and left out": ["model://cafe_table/meshes/cafe_table.dae"]}
+KOBUKI = "plugin 'libgazebo_ros_kobuki.so' is not known here and is ignored"
 NO_JOINT = (
     "plugin 'libgazebo_ros_diff_drive.so' names joints left, which do not exist or do not move; "
     "movable joints are port"
@@ -303,7 +305,15 @@ def massless(base_has_mass):
             changed(missing=MESHES, car_after=state(position=(1.0, 2.4, 0.05))),
             "does not work because robot car moves by itself: 0.40 m while it was watched",
         ),
+        (
+            changed(missing=DATABASE_MESH, car_after=state(position=(1.0, 2.4, 0.05))),
+            "does not work because robot car moves by itself: 0.40 m while it was watched",
+        ),
         (changed(missing=MODELS, car_missing=MESHES), "works without 2 models, 2 meshes"),
+        (
+            changed(car_lost=[KOBUKI]),
+            f"does not drive because {KOBUKI}; {check_remedies.for_plugin('libx.so')}",
+        ),
         (
             changed(died=[dead("car", "drive.py", why="cv2.error: x", drives=True)]),
             "does not drive because node car (drive.py) died with exit code 1: cv2.error: x",

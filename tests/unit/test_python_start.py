@@ -179,3 +179,50 @@ def test_calls_of_all_threads_are_made_in_one():
     with pytest.raises(ValueError, match="bad"):
         windows.imshow("bad")
     assert "cv2" in threads and not any(str(each).startswith("Thread") for each in threads)
+
+
+WINDOW = """
+import sys
+sys.argv[0] = {program!r}
+from PyQt5 import QtCore, QtGui, QtWidgets
+
+application = QtWidgets.QApplication(["test"])
+slider, bar, spin = QtWidgets.QSlider(), QtWidgets.QProgressBar(), QtWidgets.QSpinBox()
+slider.setRange(0, 250 / 2.5)
+slider.valueChanged.connect(bar.setValue)
+slider.setValue(42.9)
+spin.setValue(7.5)
+spin.resize(80.9, 31)
+image = QtGui.QPixmap(9, 9)
+painter = QtGui.QPainter(image)
+painter.fillRect(0.5, 0, 9, 9, QtCore.Qt.red)
+painter.end()
+timer = QtCore.QTimer()
+timer.start(1e3 / 50)
+print(slider.maximum(), slider.value(), bar.value(), spin.value(), spin.width(), timer.interval())
+try:
+    slider.setValue("42")
+except TypeError as error:
+    print(error)
+"""
+
+
+def test_windows_of_users_may_have_numbers_with_a_point():
+    """joint_state_publisher_gui of Debian 12 sets a slider to RANGE / 2."""
+    numbers, error = start("-c", WINDOW.format(program="window.py")).splitlines()
+    assert numbers == "100 42 42 7 80 20"
+    assert "has unexpected type 'str'" in error
+
+
+@pytest.mark.skipif(sys.version_info < (3, 10), reason="older ones take them")
+def test_windows_of_paddock_are_as_they_are():
+    program = WINDOW.format(program=os.path.join(ROOT, "bench", "run.py"))
+    with pytest.raises(subprocess.CalledProcessError) as error:
+        start("-c", program, QT_QPA_PLATFORM="offscreen")
+    assert "argument 2 has unexpected type 'float'" in error.value.stderr
+
+
+def test_what_qt_is_asked_for_is_there():
+    code = "import importlib, paddock_qt\nfor name in paddock_qt.METHODS:\n"
+    code += "    paddock_qt.install(importlib.import_module(name))"
+    start("-c", code)

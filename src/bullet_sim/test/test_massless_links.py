@@ -90,6 +90,11 @@ def test_a_robot_whose_first_link_has_no_mass_is_empty(above):
     world.close()
 
 
+def test_a_macro_that_xacro_has_left_as_it_is_may_be_why_nothing_has_mass():
+    said = parse_urdf(robot(link("base"), "<wheel side='left'/>"), str).warnings
+    assert len(said) == 1 and said[0].endswith("expands a macro only as <xacro:wheel>")
+
+
 def test_links_on_the_world_are_left_out_each():
     parts = (link("a"), joint("world", "a", "fixed"), link("b", 1), joint("world", "b"))
     model = parse_urdf(robot(link("world"), *parts), str)

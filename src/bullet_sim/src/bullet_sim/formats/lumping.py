@@ -64,7 +64,7 @@ def merges(joint: Joint, model: ModelDescription) -> bool:
     return joint.kind == "fixed" and joint.name not in model.kept
 
 
-def leave_out(model: ModelDescription) -> set[str]:
+def leave_out(model: ModelDescription, hint: str = "") -> set[str]:
     """Leave out links without mass, with their joints and all that hangs on them.
 
     What fixed joints merge counts together. What turns on a merged link is left out with it where
@@ -100,21 +100,22 @@ def leave_out(model: ModelDescription) -> set[str]:
         elif name in reason:
             gone.append(name)
     all_gone = not model.links.keys() - {*gone, "world"}
-    lost = _without(model, gone, reason, all_gone) if gone else set()
+    lost = _without(model, gone, reason, all_gone, hint if all_gone else "") if gone else set()
     if all_gone:
         model.links, model.is_empty, model.static = {model.root: Link(model.root)}, True, True
     return lost
 
 
 def _without(
-    model: ModelDescription, gone: list[str], reason: dict[str, str], all_gone: bool
+    model: ModelDescription, gone: list[str], reason: dict[str, str], all_gone: bool, hint: str
 ) -> set[str]:
     """Remove links and their joints, with one warning."""
     said = [name if reason[name] == name else f"{name} (behind {reason[name]})" for name in gone]
     model.warn(
         f"{'all ' if all_gone else ''}links of '{model.name}' without mass are left out, with "
         f"their joints and all behind them, as in Gazebo: {', '.join(said)}; an <inertial> with an "
-        f"<inertia> and a mass above {NO_MASS:g} keeps a link, massless_links 'keep' keeps all",
+        f"<inertia> and a mass above {NO_MASS:g} keeps a link, massless_links 'keep' keeps all"
+        f"{hint}",
         CAUSE,
         f"{', '.join(said)} of '{model.name}'",
     )

@@ -74,7 +74,7 @@ def parse_urdf(
     except ModelError as error:
         raise ModelError(f"{error}{_unexpanded(robot)}") from None
     keep_joints(robot, model, massless)
-    gone = leave_out(model) if massless == LEAVE_OUT else set()
+    gone = leave_out(model, _unexpanded(robot)) if massless == LEAVE_OUT else set()
     _fix_to_world(model)
     _free_links(model)
     read_sdf_joints(robot, model)
