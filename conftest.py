@@ -26,6 +26,9 @@ os.environ.update(
     PADDOCK_NICENESS="0",  # worlds of tests that run side by side leave their nodes processors
     ROS_IP="127.0.0.1",
 )
+_start = sys.modules.get("sitecustomize")
+if hasattr(_start, "QT"):  # windows tested here are as strict as Paddock's programs
+    _start.Finder.wanted.difference_update(_start.QT)
 _packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
 if str(ROOT / "tests") not in _packages:
     os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join([str(ROOT / "tests"), *_packages])
