@@ -282,6 +282,13 @@ def test_what_of_it_is_not_read_is_told():
     assert any("<link> 'l', which is ignored" in text for text in warnings)
 
 
+def test_a_plugin_of_a_person_that_cannot_be_read_is_told():
+    tags = "<trajectory><waypoint>1 here</waypoint></trajectory>"
+    more = f"<plugin name='p' filename='libPedestrianSFMPlugin.so'>{tags}</plugin>"
+    warnings = described(actor(more=more)).warnings
+    assert any("'1 here'" in text and "plugin is left out" in text for text in warnings)
+
+
 def test_a_walker_has_gazebos_parameters():
     tags = (
         "<target>1 2 1.2</target><target_weight>2</target_weight><obstacle_weight>3"

@@ -59,6 +59,18 @@ def test_a_stiff_joint_bears_the_weight_beyond_it(joint, rpy, solver):
     world.close()
 
 
+@pytest.mark.parametrize("solver", ["ode", "bullet"])
+def test_each_of_two_robots_bears_its_own_weight(solver):
+    world = World(solver=solver)
+    heavy = _arm(STIFF[0]).replace('<mass value="2"/>', '<mass value="6"/>')
+    one = world.spawn_urdf("one", _arm(STIFF[0]), Pose(), str)
+    other = world.spawn_urdf("other", heavy, Pose((0.0, 3.0, 0.0)), str)
+    world.step(300)
+    assert joint_wrench(one, "j")[0][2] == pytest.approx(-WEIGHT, abs=1e-4)
+    assert joint_wrench(other, "j")[0][2] == pytest.approx(-3.0 * WEIGHT, abs=1e-4)
+    world.close()
+
+
 def test_a_push_on_the_child_is_felt():
     world = World()
     model = world.spawn_urdf("r", _arm(STIFF[0]), Pose(), str)

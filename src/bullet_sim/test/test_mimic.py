@@ -104,6 +104,17 @@ def test_deviations_below_the_sensitiveness_are_left():
     pair.close()
 
 
+@pytest.mark.parametrize("pid", ["", "<hasPID/>"])
+def test_a_deviation_as_large_as_the_sensitiveness_is_followed(pid):
+    tags, places = f"<offset>0.1</offset>{pid}<sensitiveness>{{}}</sensitiveness>", []
+    for sensitiveness in (0.05, 0.1, 0.15):
+        pair = Pair(extra=PLUGIN.format("roboticsgroup_gazebo", tags.format(sensitiveness)))
+        pair.world.step()
+        places.append(pair.positions()[1])
+        pair.close()
+    assert places[0] == places[1] != places[2]
+
+
 def test_a_joint_with_a_transmission_is_left_to_its_controllers():
     transmission = (
         '<transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint '

@@ -56,6 +56,8 @@ def test_a_scene_has_links_joints_and_merged_frames(world):
     scene = json.loads(json.dumps(WorldViews(world).scene()))
     ground, cart = scene["bodies"]
     assert (ground["name"], ground["static"], cart["static"]) == ("ground_plane", True, False)
+    (floor,) = ground["links"][0]["shapes"]
+    assert floor["color"] == [0.7, 0.7, 0.7, 1.0]  # Gazebo/Grey
     chassis, slide = cart["links"]
     assert [len(link["shapes"]) for link in cart["links"]] == [2, 0]
     assert (slide["name"], slide["joint"], slide["kind"], slide["parent"]) == (
