@@ -53,6 +53,13 @@ def test_zero_quaternion_means_no_rotation():
     assert conversions.pose_from_msg(message) == Pose((3.0, 0.0, 0.0))
 
 
+def test_fields_of_a_cloud_are_where_its_points_have_them():
+    kind, fields = conversions.point_layout(20, ("intensity", 16, "<f4"))
+    (point,) = np.array([((1.0, 2.0, 3.0), 4.0)], kind)
+    values = {field.name: np.frombuffer(point, "<f4", 1, field.offset)[0] for field in fields}
+    assert values == {"x": 1.0, "y": 2.0, "z": 3.0, "intensity": 4.0}
+
+
 def test_twist():
     twist = conversions.twist_to_msg(np.array([1, 2, 3]), np.array([4, 5, 6]))
     assert (twist.linear.x, twist.linear.y, twist.linear.z) == (1.0, 2.0, 3.0)

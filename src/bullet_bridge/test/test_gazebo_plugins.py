@@ -130,6 +130,13 @@ def test_lift_and_drag_of_an_angle_of_attack(attack):
     assert stalled.force(np.eye(3), velocity) @ up == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_wing_that_falls_flat_is_braked():
+    """Its angle of attack is a right one."""
+    spec = LiftDragSpec("w", "l", cla=0.0, cda=0.4, area=0.5, density=1.2)
+    force = spec.force(np.eye(3), np.array((0.0, 0.0, -10.0)))
+    assert force == pytest.approx((0.0, 0.0, 30.0 * 0.4 * 0.5 * math.pi), abs=1e-9)
+
+
 def test_a_wing_lifts_its_model_and_its_flap_adds_to_it(world):
     tags = "<control_joint_name>left</control_joint_name><cp>0 0.2 0</cp>"
     text = robot("LiftDragPlugin", WING + tags)
