@@ -9,6 +9,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from bullet_web.actions import (
     BOX,
+    CLEARANCE,
     CONE_PARTS,
     ActionError,
     Actions,
@@ -56,6 +57,19 @@ def test_a_parked_robot_has_no_sensors_and_plugins():
 def test_names_are_free():
     assert free_name("box", []) == "box_1"
     assert free_name("box", ["box_1", "box_3"]) == "box_2"
+
+
+@pytest.mark.parametrize("kind, text", [("box", BOX), ("cone", cone())])
+def test_what_is_spawned_comes_from_above_under_a_free_name(monkeypatch, kind, text):
+    asked = []
+    actions = Actions(lambda: [f"{kind}_1"], lambda _: None, lambda _: None)
+    monkeypatch.setattr(actions, "_call", lambda name, _, **fields: asked.append((name, fields)))
+    message = {"action": "spawn", "kind": kind, "x": 1.0, "y": 2.0, "z": 0.5, "yaw": 0.3}
+    assert actions.execute(message) == f"{kind}_2 is there"
+    ((name, fields),) = asked
+    assert name == "/gazebo/spawn_sdf_model"
+    assert (fields["model_name"], fields["model_xml"]) == (f"{kind}_2", text)
+    assert fields["initial_pose"] == pose_of(1.0, 2.0, 0.3, 0.5 + CLEARANCE)
 
 
 def test_a_model_that_cannot_move_is_not_put_elsewhere():

@@ -41,7 +41,8 @@ def write_bag(path, topic="/odom"):
             message.pose.pose.orientation.w = math.cos(0.5 * heading)
             bag.write(topic, message, message.header.stamp)
         goal = PoseStamped()
-        goal.pose.position.x = 2.0
+        goal.header.stamp = rospy.Time(3)
+        goal.pose.position.x, goal.pose.position.y = 2.0, 0.5
         bag.write("/goal/pose", goal, rospy.Time.from_sec(1.0))
         bag.write("/chatter", String("noise"), rospy.Time.from_sec(1.0))
 
@@ -81,6 +82,12 @@ def test_a_latched_goal_counts_once():
     trajectory.add_goal(9.0, 2.0, 2.0)
     trajectory.add_goal(9.0, math.nan, 2.0)
     assert trajectory.goals == [(1.0, 2.0, 2.0), (9.0, 2.0, 2.0)]
+
+
+def test_a_goal_of_a_bag_has_its_time_and_place(tmp_path):
+    write_bag(tmp_path / "a.bag")
+    trajectory = command.from_bag(str(tmp_path / "a.bag"), "/odom", "/goal/pose")
+    assert trajectory.goals == [(3.0, 2.0, 0.5)]
 
 
 def test_csv(tmp_path):

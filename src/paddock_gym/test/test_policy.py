@@ -1,6 +1,7 @@
 """Policies from ONNX files, and drivers in the environment."""
 
 import math
+import sys
 
 import gymnasium
 import numpy as np
@@ -61,6 +62,13 @@ def test_files_that_are_no_policies(tmp_path):
         OnnxPolicy(str(tmp_path / "text.onnx"))
     with pytest.raises(GymError, match="is not one of Paddock's"):
         PolicyDescription.of_text('{"observations": ["state"]}')
+
+
+def test_without_onnxruntime_a_policy_says_how_to_install_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    (tmp_path / "policy.onnx").write_bytes(b"")
+    with pytest.raises(GymError, match="onnxruntime.* is not installed: ./run setup --with gym"):
+        OnnxPolicy(str(tmp_path / "policy.onnx"))
 
 
 def test_the_gym_and_a_robot_get_the_same_action(tmp_path, env):

@@ -237,6 +237,12 @@ def test_plugins_act_as_in_the_node_but_those_that_need_ros():
     world.close()
 
 
+def test_a_robot_is_spawned_with_positions_of_its_joints():
+    world = RobotWorld(Recipe(spawns=(Spawn("arm", ARM, joints={"elbow": 0.75}),)))
+    assert world.world.model("arm").joints.positions_of(("elbow",)) == pytest.approx((0.75,))
+    world.close()
+
+
 def test_scaled_actions_and_limits(make):
     env = make(limits={"cmd_vel": ((0.0, -1.0), (0.5, 1.0))}, scaled=True)
     assert (env.action_space.low == -1.0).all() and (env.action_space.high == 1.0).all()

@@ -1,6 +1,7 @@
 """Maps of worlds, worlds of maps, and files that are no maps."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -92,6 +93,20 @@ def test_a_map_becomes_a_world_with_the_same_map(room, tmp_path):
                     at(second, x + a, y + b) for a in (-0.05, 0, 0.05) for b in (-0.05, 0, 0.05)
                 ]
                 assert at(first, x, y) in near, (x, y)
+
+
+def test_the_command_takes_numbers(room, tmp_path, monkeypatch, capsys):
+    out = ["--resolution", "0.1", "--size", "8", "--out", str(tmp_path / "map.yaml")]
+    for word, more, said in (
+        (room, ["--height", "0.2", "--start", "3", "0"], "cells of 0.1 m"),
+        (tmp_path / "map.yaml", ["--height", "0.5"], "0.5 m high"),
+    ):
+        monkeypatch.setattr(sys, "argv", ["map", str(word), *more, *out])
+        assert cli.main() == 0
+        assert said in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", ["map", str(tmp_path / "none.yaml"), "--height", "1", *out])
+    assert cli.main() == 1
+    assert "none.yaml" in capsys.readouterr().err
 
 
 def test_rectangles_cover_each_cell_once():
