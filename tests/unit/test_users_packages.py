@@ -221,6 +221,28 @@ def test_a_component_that_can_be_added_is_named_with_the_command(tmp_path):
     )
 
 
+LACKS_HEADER = """\
+/w/src/mixed/src/a.cpp:1:10: fatal error: {}: No such file or directory
+make[2]: *** [mixed/CMakeFiles/world.dir/build.make:76: mixed/CMakeFiles/world.dir/src/a.cpp.o] \
+Error 1
+make[1]: *** [CMakeFiles/Makefile2:99: mixed/CMakeFiles/world.dir/all] Error 2
+"""
+
+
+@pytest.mark.parametrize(
+    "header, cause, missing",
+    [
+        ("gazebo/gazebo.hh", "it includes Gazebo's {}", ""),
+        ("hardware_interface/robot_hw.h", "it includes ros_control's {}", ""),
+        ("no_such_thing/a.h", "it includes {}", "no_such_thing"),
+    ],
+)
+def test_a_program_that_lacks_a_header_is_left_out_with_whose_it_is(header, cause, missing):
+    (entry,) = left_out.of_build(LACKS_HEADER.format(header), {"mixed": "mixed"})
+    assert (entry.package, entry.program, entry.missing) == ("mixed", "world", missing)
+    assert entry.cause == cause.format(header)
+
+
 FINDS_G2O = """cmake_minimum_required(VERSION 3.1)
 project(band NONE)
 find_library(G2O_INCREMENTAL_LIB g2o_incremental)

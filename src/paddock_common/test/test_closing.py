@@ -7,6 +7,7 @@ import threading
 import pytest
 import rospy
 import rospy.core
+import testing
 from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 from std_msgs.msg import String
@@ -203,3 +204,28 @@ def test_a_node_prints_nothing_while_its_topics_are_closed():
     )
     assert done.stderr == ""
     assert done.stdout.split("closing")[1].count("published") >= 20
+
+
+READER = """
+import contextlib, types
+import rospy
+from paddock_common import nodes
+nodes.init_node("reader")
+assert rospy.get_param_cached("/limit") == 1.5
+told = lambda *words: print(*words, rospy.get_node_uri(), flush=True)
+nodes.proxy = lambda *_: contextlib.nullcontext(types.SimpleNamespace(unsubscribeParam=told))
+"""
+
+
+def test_a_node_that_ends_unsubscribes_its_parameters():
+    with testing.ros_master() as environment:
+        subprocess.run(["rosparam", "set", "/limit", "1.5"], env=environment, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", READER],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=LIMIT,
+        )
+    name, address, parameter, own = done.stdout.split()
+    assert (name, address, parameter) == ("/reader", own, "/limit") and done.stderr == ""

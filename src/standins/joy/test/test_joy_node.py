@@ -1,6 +1,9 @@
 """The joystick driver on a fake pad and a fake clock: what is sent, and when."""
 
+import types
+
 import pytest
+from joy_node import node
 from joy_node.node import RETRY_PERIOD, Driver, PadState, PublishTimer
 
 REST = ([0.0, 0.0, -1.0], [0, 0], [(0, 0)])  # stick x, stick y, trigger; one hat
@@ -170,6 +173,17 @@ def test_a_missing_pad_is_logged_once_and_checked_for_each_second():
     bench.pad = FakePad()
     assert bench.run(1.5) == 1
     assert bench.logged[1:] == ["joystick 'fake pad'"]
+
+
+def test_the_node_reads_a_pad_often_and_looks_for_one_rarely(monkeypatch):
+    found, slept = [False, True, False], []
+    driver = types.SimpleNamespace(spin_once=lambda: found[len(slept)], close=lambda: None)
+    monkeypatch.setattr(node.nodes, "start", lambda *_: (driver, driver))
+    monkeypatch.setattr(node.rospy, "is_shutdown", lambda: len(slept) == len(found))
+    monkeypatch.setattr(node.time, "sleep", slept.append)
+    node.main()
+    assert slept == [node.IDLE_PERIOD, node.POLL_PERIOD, node.IDLE_PERIOD]
+    assert node.POLL_PERIOD < node.IDLE_PERIOD
 
 
 @pytest.mark.parametrize(
