@@ -163,3 +163,27 @@ def test_a_collision_whose_mesh_is_missing_has_a_name_and_no_shape():
     model, _ = sdf.parse_model(text, str, "m")
     assert list(collision_names(model).values()) == ["k::one", "k::two"]
     assert [shape.name for shape in model.links["k"].collisions] == ["two"]
+
+
+def grate(name, count, along):
+    """SDF of a model of parallel bars [m]."""
+    size, place = ("1 0.1 0.1", "0 {} 0") if along == "x" else ("0.1 1 0.1", "{} 0 0")
+    bars = "".join(
+        f'<collision name="{bar}"><pose>{place.format(0.2 * bar)} 0 0 0</pose><geometry><box>'
+        f"<size>{size}</size></box></geometry></collision>"
+        for bar in range(count)
+    )
+    return f'<sdf version="1.6"><model name="{name}"><link name="l">{bars}</link></model></sdf>'
+
+
+@pytest.mark.parametrize("below, above", [(2, 3), (3, 2)])
+def test_shapes_of_the_model_that_has_fewer_are_gone_through_once(below, above):
+    """As in ODE, where the space with fewer shapes is that of the outer loop."""
+    world = World(gravity=(0.0, 0.0, 0.0))
+    world.spawn_sdf("below", grate("below", below, "x"), Pose(), str)
+    world.spawn_sdf("above", grate("above", above, "y"), Pose((0.0, 0.0, 0.099)), str)
+    world.step()
+    places = world.engine.all_contacts()[0] / 0.2
+    world.close()
+    outer = np.rint(places[:, 1 if below < above else 0]).astype(int)
+    assert outer.tolist() == [1] * 12 + [0] * 12
