@@ -170,6 +170,22 @@ def test_each_parameter_of_physics_cfg_is_held_within_its_bounds(reconfigured):
         assert physics.as_config(reconfigured.properties.read())[name] == in_force, name
 
 
+LEAST = {  # name -> what a value below all bounds leaves
+    "sor_pgs_precon_iters": 0,
+    "sor_pgs_w": 0.0,
+    "cfm": 0.0,
+    "erp": 0.0,
+    "contact_surface_layer": 0.0,
+    "contact_max_correcting_vel": 100.0,  # as before: 0 changes nothing
+}
+
+
+def test_no_parameter_goes_below_its_bound(reconfigured):
+    for name, least in LEAST.items():
+        reconfigured.update_configuration({name: -5})
+        assert physics.as_config(reconfigured.properties.read())[name] == least, name
+
+
 def test_a_reconfiguration_undoes_what_the_service_has_changed_meanwhile(reconfigured):
     """All of the server's own values go along, see physicsReconfigureCallback."""
     properties = reconfigured.properties
