@@ -18,6 +18,7 @@ import results_page  # noqa: E402
 import typed  # noqa: E402
 
 from commands.errors import UsageError  # noqa: E402
+from commands.subcommands import docs  # noqa: E402
 
 PAGES = sorted(
     [
@@ -177,3 +178,9 @@ def test_the_film_lasts_a_minute_and_is_on_the_first_page():
 
 def test_the_readme_fits_on_two_screens():
     assert len((ROOT / "README.md").read_text().split()) <= 850
+
+
+def test_what_builds_the_site_is_installed_without_the_packages_of_ros(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", "/opt/ros/noetic/lib/python3/dist-packages")
+    made, environ = next(docs._install(str(tmp_path), ""))
+    assert "venv" in made and environ["PYTHONNOUSERSITE"] == "1" and "PYTHONPATH" not in environ
