@@ -75,9 +75,7 @@ class Bare:
 
     def program(self, name, text):
         """Puts a shell script in front of a program of this machine."""
-        path = self._programs / name
-        path.write_text(f"#!/bin/sh\n{text}\n")
-        path.chmod(0o755)
+        run_rig.program(self._programs / name, f"#!/bin/sh\n{text}\n")
 
     def tarball(self, suite="bookworm"):
         """Puts the Debian of a few programs where ./run bare keeps it."""

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 import sys
 
 import run_rig
@@ -39,18 +38,14 @@ def make_ros(folder, names, python=None):
     """
     (folder / "share").mkdir(parents=True, exist_ok=True)
     for name in names:
-        (folder / "share" / name).mkdir()
-        (folder / "share" / name / "package.xml").write_text(
-            f"<package><name>{name}</name></package>"
-        )
+        run_rig.make_package(folder / "share" / name, name)
     (folder / "setup.bash").write_text(
         f"export ROS_DISTRO=probe ROS_VERSION=1 CMAKE_PREFIX_PATH={folder} ROS_PROBE=here\n"
         f"export PATH={folder}/bin:$PATH ROS_PACKAGE_PATH={folder}/share:/usr/share\n"
     )
     if python is not None:
         (folder / "bin").mkdir()
-        (folder / "bin" / "python3").write_text(f"#!/bin/sh\n{python}\n")
-        (folder / "bin" / "python3").chmod(0o755)
+        run_rig.program(folder / "bin" / "python3", f"#!/bin/sh\n{python}\n")
     return folder
 
 
@@ -88,8 +83,7 @@ class System:
                 ("dpkg-query", DPKG_QUERY), ("apt-get", APT_GET), ("apt-cache", APT_CACHE),
                 ("dpkg", ""), ("sudo", 'case $1 in -*) exit ;; esac; exec "$@"'),
             ):  # fmt: skip
-                (self._programs / name).write_text(f"#!/bin/sh\n{text}\n")
-                (self._programs / name).chmod(0o755)
+                run_rig.program(self._programs / name, f"#!/bin/sh\n{text}\n")
         if os_release is not None:
             (folder / "os-release").write_text(os_release)
         script = self.root / "run"
@@ -118,14 +112,8 @@ class System:
 
     def run(self, *arguments, **environ):
         """Runs ./run there to its end, which comes where python3 is to be started."""
-        return subprocess.run(
-            [shutil.which("bash"), str(self.root / "run"), *arguments],
-            env={**self._environ, **environ},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=run_rig.PATIENCE,
-        )
+        words = [shutil.which("bash"), self.root / "run", *arguments]
+        return run_rig.ran(*words, env={**self._environ, **environ})
 
     def installed(self):
         """Returns the names that apt-get was asked to install; None if it was not asked."""

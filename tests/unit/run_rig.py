@@ -6,6 +6,7 @@ import http.server
 import io
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -15,6 +16,8 @@ import threading
 import zipfile
 from dataclasses import dataclass
 
+from users_rig import CMAKE, MANIFEST
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PATIENCE = 300.0  # longest wait for anything [s] of wall time
 NOISE = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
@@ -22,14 +25,35 @@ NOISE = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
 sys.path.append(str(ROOT))  # for the package commands
 
 
-def run(*arguments, root=ROOT, **options):
-    """Runs ./run to its end.
+def ran(*words, **options):
+    """Runs a program to its end.
 
     Returns:
         subprocess.CompletedProcess with texts.
     """
     options = {"capture_output": True, "text": True, "timeout": PATIENCE, **options}
-    return subprocess.run([str(root / "run"), *arguments], check=False, **options)
+    return subprocess.run([*map(str, words)], check=False, **options)
+
+
+def run(*arguments, root=ROOT, **options):
+    """Runs ./run to its end; returns what ran() does."""
+    return ran(root / "run", *arguments, **options)
+
+
+class Like(str):
+    """A text that every text equals that has its parts; any text may be where it has "..."."""
+
+    __hash__ = None
+
+    def __eq__(self, other):
+        parts = map(re.escape, self.split("..."))
+        return bool(re.fullmatch(".*".join(parts), other, re.DOTALL))
+
+
+def program(path, text):
+    """Writes a program."""
+    path.write_text(text)
+    path.chmod(0o755)
 
 
 def usual_signals():
@@ -54,12 +78,18 @@ def start(*arguments, root=ROOT, **options):
     )
 
 
-def write_manifest(folder, name):
-    """Writes the package.xml of a package; blanks around its name are allowed."""
-    (folder / "package.xml").write_text(
-        f"<package><name>{name}</name><version>0.1.0</version><description>a</description>"
-        '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
-    )
+def make_package(folder, name, *wanted, tag="depend"):
+    """Writes a package that asks for others into a folder, which it makes; returns that.
+
+    Args:
+        name: Blanks around it are allowed.
+        tag: Of what is wanted.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    asked = "".join(f"<{tag}>{each}</{tag}>" for each in wanted)
+    text = MANIFEST.format(name).replace("</package>", f"{asked}</package>")
+    (folder / "package.xml").write_text(text)
+    return folder
 
 
 def small_clone(folder):
@@ -76,19 +106,10 @@ def small_clone(folder):
     shutil.copy(ROOT / "src" / "standins" / "give_way.py", folder / "src" / "standins")
     for name in ("requirements.txt", "requirements-opencv.txt"):
         (folder / "config" / name).write_text("paddock-probe==1.0\n")
-    package = folder / "src" / "probe"
-    (package / "nodes").mkdir(parents=True)
+    package = make_package(folder / "src" / "probe", "probe")
+    (package / "nodes").mkdir()
     (package / "nodes" / "probe").write_text("#!/usr/bin/env python3\n")
-    (package / "package.xml").write_text(
-        '<package format="2"><name>probe</name><version>1.0.0</version>'
-        "<description>Probe</description><license>BSD</license>"
-        '<maintainer email="probe@example.org">Probe</maintainer>'
-        "<buildtool_depend>catkin</buildtool_depend></package>\n"
-    )
-    (package / "CMakeLists.txt").write_text(
-        "cmake_minimum_required(VERSION 3.0.2)\nproject(probe)\n"
-        "find_package(catkin REQUIRED)\ncatkin_package()\n"
-    )
+    (package / "CMakeLists.txt").write_text(CMAKE.format("probe"))
     return folder
 
 

@@ -1,11 +1,9 @@
 """./run check: launch files of the packages beside the checked one that bring what is missing."""
 
-import copy
-
 import pytest
-from test_check_verdict import GOOD, changed
+from run_rig import make_package
 
-from commands import check_companions, check_verdict
+from commands import check_companions
 from commands.bootstrap import workspace
 
 INCLUDE = '<include file="$(find gazebo_ros)/launch/empty_world.launch"/>'
@@ -26,8 +24,7 @@ def sources(tmp_path):
         path = tmp_path / "field" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"<launch>{text}</launch>")
-        package = path.parents[1]
-        (package / "package.xml").write_text(f"<package><name>{package.name}</name></package>")
+        make_package(path.parents[1], path.parents[1].name)
     return tmp_path
 
 
@@ -54,27 +51,6 @@ def test_packages_of_paddock_bring_nothing():
     folder = f"{workspace.SOURCES}/field_worlds"  # a user's package beside them
     found = check_companions.find(folder, workspace.SOURCES)
     assert found == {"world": [], "robot": [], "controllers": []}
-
-
-def test_the_sentence_names_the_files(sources):
-    companions = found_in(sources)
-    no_robot = changed(models=[GOOD["models"][0]], companions=companions)
-    assert check_verdict.verdict(no_robot) == (
-        "does not work because no robot was spawned; if another launch file brings it, add it to "
-        "the command: + field_robot robot.launch"
-    )
-    (idle,) = check_verdict.problems(changed(car_controllers=[], companions=companions))
-    assert idle.endswith(": + field_control control.launch")
-    nothing = changed(simulator=False, models=[], companions=companions)
-    assert (
-        ": + field_worlds field.launch, + field_robot all.launch"
-        in check_verdict.problems(nothing)[0]
-    )
-    many = copy.deepcopy(companions)
-    many["robot"] *= 5
-    said = check_companions.hint({"companions": many}, "robot")
-    assert said.count("robot.launch") == 3 and said.endswith(" and 2 more")
-    assert check_companions.hint({}, "robot") == ""
 
 
 def test_files_that_the_readme_names_come_first(sources):

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import pytest
 from bullet_sim.description.warnings import is_loss
 from bullet_sim.formats.urdf import parse_urdf
+from run_rig import Like, make_package
 from urdf_texts import joint, link, robot
 
 from commands import (
@@ -16,12 +17,28 @@ from commands import (
     check_roslaunch,
     check_sources,
     check_verdict,
-    cli,
 )
-from commands.errors import CommandError, UsageError
+from commands.bootstrap.left_out import OWN
+from commands.check_remedies import GENERIC
+from commands.errors import CommandError
+from commands.parsing import parser_of
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
+GROUND = {"name": "ground_plane", "static": True, "sensors": [], "warnings": [], "lost": [],
+          "control_namespace": None}  # fmt: skip
+CAR = {
+    "name": "car",
+    "static": False,
+    "control_namespace": "/car",
+    "controllers": [["wheels", "velocity_controllers/JointVelocityController", "running"]],
+    "sensors": [{"topic": "/scan", "type": "sensor_msgs/LaserScan", "rate": 10.0, "count": 80,
+                 "measured": 9.9, "link": "laser"}],
+    "warnings": ["a", "a", "b"],
+    "lost": [],
+    "before": STATE,
+    "after": STATE,
+}  # fmt: skip
 GOOD = {
     "simulator": True,
     "world": "default",
@@ -32,29 +49,8 @@ GOOD = {
     "died": [],
     "warnings": ["w"],
     "lost": [],
-    "models": [
-        {"name": "ground_plane", "static": True, "sensors": [], "warnings": [], "lost": [],
-         "control_namespace": None},
-        {
-            "name": "car",
-            "static": False,
-            "control_namespace": "/car",
-            "controllers": [["wheels", "velocity_controllers/JointVelocityController", "running"]],
-            "sensors": [{"topic": "/scan", "type": "sensor_msgs/LaserScan", "rate": 10.0,
-                         "count": 80, "measured": 9.9, "link": "laser"}],
-            "warnings": ["a", "a", "b"],
-            "lost": [],
-            "before": STATE,
-            "after": STATE,
-        },
-    ],
-}  # fmt: skip
-
-
-def dead(name, program, code=1, **values):
-    """A node that has ended with an error, as check_log.read() tells it."""
-    return {"name": name, "program": program, "code": code, "times": 1, "why": "", "screen": False,
-            **values}  # fmt: skip
+    "models": [GROUND, CAR],
+}
 
 
 def changed(**values):
@@ -68,181 +64,23 @@ def changed(**values):
     return found
 
 
-def state(**values):
-    return {**STATE, **values}
+def dead(name, program, code=1, **values):
+    """A node that has ended with an error, as check_log.read() tells it."""
+    return {"name": name, "program": program, "code": code, "times": 1, "why": "", "screen": False,
+            **values}  # fmt: skip
 
 
-def test_nothing_is_wrong():
-    assert check_verdict.problems(GOOD) == [] and check_verdict.verdict(GOOD) == "works"
-    page = "\n".join(check.page(GOOD, 8.0))
-    assert page.startswith("works\n") and "2 x a" in page and "real-time factor 1.00" in page
-    for word in ("robot car", "/scan", "9.9 Hz", "wheels", "running"):
-        assert word in page
+def state(x=0.0, y=0.0, z=0.0, about_x=0.0):
+    """STATE after a way [m] and a turn [rad]."""
+    position = tuple(start + way for start, way in zip(STATE["position"], (x, y, z)))
+    turned = (math.sin(about_x / 2.0), 0.0, 0.0, math.cos(about_x / 2.0))
+    return {**STATE, "position": position, "orientation": turned}
 
 
-@pytest.mark.parametrize(
-    "found, words",
-    [
-        (changed(refused="no such file"), ["roslaunch refuses", "no such file"]),
-        (changed(cannot=[["laser_tools", "merge"]]), ["laser_tools/merge", "no such node"]),
-        (
-            changed(cannot=[["laser_tools", "merge"]], builders={"merge": ["laser_tools", False]}),
-            ["laser_tools/merge", "laser_tools is not installed"],
-        ),
-        (
-            changed(cannot=[["tools", "merge"]], builders={"merge": ["laser_tools", True]}),
-            ["tools/merge", "C++ of laser_tools", "not built"],
-        ),
-        (changed(unable=["joystick"]), ["joystick", "cannot be run"]),
-        (changed(died=[dead("mux", "mux.py")]), ["node mux (mux.py) died", "1"]),
-        (changed(lost=["world plugin 'x'"]), ["world plugin 'x'"]),
-        (
-            changed(
-                car_lost=["plugin 'libhover.so' is not known here and is ignored"],
-                builders={"hover": ["h_g", True]},
-            ),
-            ["libhover.so", "C++ of package h_g"],
-        ),
-        (changed(models=[GOOD["models"][0]]), ["no robot"]),
-        (changed(car_after=None), ["car", "where it is"]),
-        (changed(car_after=state(position=(1.0, 2.4, 0.05))), ["moves by itself", "0.40 m"]),
-        (changed(car_after=state(position=(1.0, math.nan, 0.0))), ["car", "not finite"]),
-        (
-            changed(car_before=state(position=(1, 2, -5.0)), car_after=state(position=(1, 2, -5))),
-            ["fallen", "-5.0 m"],
-        ),
-        (
-            changed(car_after=state(orientation=(math.sin(0.5), 0.0, 0.0, math.cos(0.5)))),
-            ["tilted", "57 degrees"],
-        ),
-        (changed(car_controllers=None), ["controller_manager", "/car", "does not answer"]),
-        (changed(car_controllers=[]), ["no controller", "spawner"]),
-        (changed(car_controllers=[["arm", "x", "stopped"]]), ["arm", "stopped"]),
-        (
-            changed(car_sensors=[{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]),
-            ["/t", "sends nothing"],
-        ),
-        (
-            changed(car_sensors=[{"topic": "/t", "rate": 30.0, "count": 9, "measured": 12.0}]),
-            ["/t", "12.0 of 30 Hz"],
-        ),
-    ],
-)
-def test_one_problem_each(found, words):
-    (sentence,) = check_verdict.problems(found)
-    assert all(word in sentence for word in words), sentence
-
-
-MISSING = {"cannot": [["tools", "merge"], ["gone", "node"]],
-           "builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}  # fmt: skip
-
-
-MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_ros_control.so'?"
-
-
-def test_a_plugin_of_ones_own_with_a_name_that_is_nearly_known():
-    text = MEANT.format("libgazebo_ros_control2.so")
-    found = changed(car_lost=[text], builders={"gazebo_ros_control2": ["x_control", True]})
-    (said,) = check_verdict.problems(found)
-    assert said.startswith(f"{text}: it is C++ of package x_control; ")
-
-
-@pytest.mark.parametrize("library", ["libgazebo_ros_contol.so", "gazebo_ros_contol"])
-def test_a_plugin_that_is_misspelled(library, monkeypatch):
-    found = changed(
-        car_lost=[MEANT.format(library)], builders={"gazebo_ros_control": ["x_control", True]}
-    )
-    assert check_verdict.problems(found) == [MEANT.format(library)]
-    assert check_verdict.verdict(found) == f"works without plugin {library}"
-    sought = set()
-    monkeypatch.setattr(
-        check_sources, "_found_in_sources", lambda _, names: sought.update(names) or {}
-    )
-    check_sources.builders(found)
-    assert "gazebo_ros_control" not in sought
-
-
-NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"  # of formats/shapes.py
-HILL = {"heightmaps cannot be used and are left out": ["/w/hill.asc"]}
-MESHES = {"meshes are missing and left out": ["package://a/b.stl", "package://a/c.stl"]}
-MODELS = {"included models cannot be used": ["'model://cafe_table'", "'model://bookshelf'"]}
-DATABASE_MESH = {"meshes are missing and left out": ["model://cafe_table/meshes/cafe_table.dae"]}
-KOBUKI = "plugin 'libgazebo_ros_kobuki.so' is not known here and is ignored"
-NO_JOINT = (
-    "plugin 'libgazebo_ros_diff_drive.so' names joints left, which do not exist or do not move; "
-    "movable joints are port"
-)
-
-
-def test_missing_models_are_told_with_the_command_that_brings_them():
-    first, second = check_verdict.problems(changed(missing=MODELS, car_missing=MESHES))
-    assert first == (
-        "2 models of Gazebo's database are missing: bookshelf, cafe_table; "
-        "./run add models bookshelf cafe_table"
-    )
-    assert second.startswith("2 meshes are missing and left out: package://a/b.stl")
-    own = {"included models cannot be used": ["'model://shed_of_mine'"]}
-    (said,) = check_verdict.problems(changed(missing=own))
-    assert said == "model model://shed_of_mine cannot be used"
-    assert check_verdict.verdict(changed(missing=own)) == "works without model shed_of_mine"
-    grounds = {f"heightmaps are {NO_GDAL}, and left out": ["/w/hill.asc"]}
-    (said,) = check_verdict.problems(changed(missing=grounds))
-    assert said == f"heightmap /w/hill.asc is {NO_GDAL}, and left out"
-
-
-def test_a_file_of_another_machine_that_is_in_the_package():
-    found = changed(simulator=False, refused="there is no file /home/ada/ws/src/car/a.launch",
-                    moved={"/home/ada/ws/src/car/a.launch": "$(find car)/a.launch"})  # fmt: skip
-    (said,) = check_verdict.problems(found)
-    assert said.endswith("/a.launch; here it is $(find car)/a.launch")
-
-
-def test_a_robot_that_is_refused_has_the_reason_of_its_spawner():
-    """Another launch file that spawns one is no remedy then."""
-    found = changed(models=[GOOD["models"][0]], companions={"robot": [("car", "spawn.launch")]},
-                    died=[dead("put", "spawn_model", why="two root links")])  # fmt: skip
-    assert check_verdict.problems(found) == ["no robot was spawned: two root links"]
-    found["died"][0]["why"] = ""
-    assert "+ car spawn.launch" in check_verdict.problems(found)[0]
-
-
-def test_a_slow_machine_is_no_fault_of_a_sensor():
-    silent = {"topic": "/t", "rate": 2.0, "count": 0, "measured": None, "is_camera": False}
-    slow = changed(car_sensors=[silent], real_time_factor=0.1, simulated=0.8)
-    assert check_verdict.problems(slow) == [] and "/t" in check_verdict.notes(slow)[1]
-    assert "nothing" in check_verdict.problems({**slow, "simulated": 8.0})[0]
-    camera = changed(car_sensors=[{**silent, "is_camera": True}], real_time_factor=0.1)
-    assert check_verdict.problems(camera) == []
-
-
-def test_topics_of_two_robots_say_whose_they_are():
-    other = {**GOOD["models"][1], "name": "cart", "driven_by": ["/driver"]}
-    lines = check.page(changed(models=[*GOOD["models"], other]), 8.0)
-    assert "  of car:" in lines and lines.index("  of cart:") > lines.index("  of car:")
-    assert any(line.startswith("robot cart at") and "driven by /driver" in line for line in lines)
-    assert "  of car:" not in check.page(GOOD, 8.0)
-
-
-def test_the_first_line_is_the_verdict_and_its_cause_is_told_once():
-    found = changed(died=[dead("mux", "mux.py")], car_sensors=[], models=[GOOD["models"][0]])
-    lines = check.page(found, 8.0)
-    assert lines[0] == "does not work because no robot was spawned"
-    assert "1 more problem:" in lines and not any("no robot" in line for line in lines[1:])
-
-
-def test_problems_come_in_the_order_of_their_causes():
-    sensors = [{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]
-    found = changed(
-        **MISSING, died=[dead("mux", "mux.py")], car_lost=["plugin 'libx.so' is not known here"],
-        car_sensors=sensors, car_after=state(position=(1.0, 2.4, 0.05))
-    )  # fmt: skip
-    words = (
-        *("gone is not installed", "laser_tools, which is not built", "libx.so", "mux", "/t"),
-        "moves by itself",
-    )
-    said = check_verdict.problems(found)
-    assert len(said) == len(words) and all(word in text for word, text in zip(words, said)), said
-    assert "./run deps" in said[0] and "catkin_make" in said[1] and "Python class" in said[2]
+def topic(rate, count, measured=None, **values):
+    """The car's only sensor, which has sent some messages."""
+    kind = {"type": "sensor_msgs/Image", "link": "eye", **values}
+    return [{"topic": "/t", "rate": rate, "count": count, "measured": measured, **kind}]
 
 
 def massless(base_has_mass):
@@ -255,110 +93,216 @@ def massless(base_has_mass):
     return str(warning)
 
 
-@pytest.mark.parametrize(
-    "found, line",
-    [
-        (changed(**MISSING), "works without node gone/node, node tools/merge"),
-        (changed(car_lost=["plugin 'libx.so' is ignored"]), "works without plugin libx.so"),
-        (
-            changed(car_lost=["plugin 'x' of sensor 'eye' is ignored; take libgazebo_ros_y.so"]),
-            "works without plugin x",
-        ),
-        (changed(died=[dead("mux", "mux.py")]), "works without node mux"),
-        (
-            changed(car_lost=["controller 'base' has no parameters: /base is not there"]),
-            "works without controller base",
-        ),
-        (
-            changed(
-                lost=["world file 'a.world' is in none of /b; the empty world takes its place"]
-            ),
-            "works without world file a.world",
-        ),
-        (
-            changed(car_controllers=[["arm", "x", "stopped"], ["wheels", "y", "running"]]),
-            "works without controller arm in /car",
-        ),
-        (
-            changed(car_controllers=[["arm", "x", "stopped"]]),
-            "does not work because controller arm in /car is stopped",
-        ),
-        (changed(models=[GOOD["models"][0]]), "does not work because no robot was spawned"),
-        (
-            changed(**MISSING, car_after=state(position=(1.0, 2.4, 0.05))),
-            "does not work because node gone/node cannot start: package gone is not installed; "
-            + check_remedies.GENERIC,
-        ),
-        (
-            changed(car_after=state(position=(1.0, 2.4, 0.05))),
-            "does not work because robot car moves by itself: 0.40 m while it was watched",
-        ),
-        (
-            changed(car_after=state(position=(1.0, 2.4, 0.05)), car_driven_by=["/driver"]),
-            "works",
-        ),
-        (
-            changed(missing=HILL, car_after=state(position=(1.0, 2.0, -5e3))),
-            "does not work because heightmap /w/hill.asc cannot be used and is left out",
-        ),
-        (
-            changed(missing=MESHES, car_after=state(position=(1.0, 2.4, 0.05))),
-            "does not work because robot car moves by itself: 0.40 m while it was watched",
-        ),
-        (
-            changed(missing=DATABASE_MESH, car_after=state(position=(1.0, 2.4, 0.05))),
-            "does not work because robot car moves by itself: 0.40 m while it was watched",
-        ),
-        (changed(missing=MODELS, car_missing=MESHES), "works without 2 models, 2 meshes"),
-        (
-            changed(car_lost=[KOBUKI]),
-            f"does not drive because {KOBUKI}; {check_remedies.for_plugin('libx.so')}",
-        ),
-        (
-            changed(died=[dead("car", "drive.py", why="cv2.error: x", drives=True)]),
-            "does not drive because node car (drive.py) died with exit code 1: cv2.error: x",
-        ),
-        (changed(car_lost=[massless(True)]), "works without links without mass: arm, hand"),
-        (changed(car_lost=[massless(False)]), f"does not work because {massless(False)}"),
-        (
-            changed(car_lost=[NO_JOINT]),
-            f"does not drive because {NO_JOINT}",
-        ),
-    ],
+FAILS = "does not work because "
+MOVED, MOVES = state(y=0.4), "robot car moves by itself: 0.40 m while it was watched"
+ARM, WHEELS = ["arm", "x", "stopped"], ["wheels", "y", "running"]
+MUX = dead("mux", "mux.py")
+UNKNOWN = "plugin '{}' is not known here and is ignored"
+MEANT = UNKNOWN + "; did you mean 'libgazebo_ros_control.so'?"
+OTHERS, NEARLY = MEANT.format("libgazebo_ros_control2.so"), MEANT.format("libgazebo_ros_contol.so")
+BARELY = MEANT.format("gazebo_ros_contol")
+KOBUKI = UNKNOWN.format("libgazebo_ros_kobuki.so")
+NO_JOINT = (
+    "plugin 'libgazebo_ros_diff_drive.so' names joints left, which do not exist or do not move; "
+    "movable joints are port"
 )
-def test_the_verdict(found, line):
-    assert check_verdict.verdict(found) == line
+NO_LINK = "plugin 'libhector_gazebo_ros_imu.so' has bodyName 'imu', which is no link; it is out"
+NO_PARAMETERS = "controller 'base' has no parameters: /base is not there"
+NO_WORLD = "world file 'a.world' is in none of /b; the empty world takes its place"
+NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"  # of formats/shapes.py
+NO_PATH = "[FATAL] [1.5]: Package[arm_description] does not have a path"
+NOT_FOUND = "Resource not found: amcl"
+LONG_NOT_FOUND = (
+    "Resource not found: The following package was not found in "
+    '<arg name="a: b" value="$(find ferry)/x: y"/>: amcl\n'
+)
+THERE = "/home/ada/ws/src/car/a.launch"
+MODELS = {"included models cannot be used": ["'model://cafe_table'", "'model://bookshelf'"]}
+OWN_MODEL = {"included models cannot be used": ["'model://shed_of_mine'"]}
+MESHES = {"meshes are missing and left out": ["package://a/b.stl", "package://a/c.stl"]}
+DATABASE_MESH = {"meshes are missing and left out": ["model://cafe_table/meshes/cafe_table.dae"]}
+HILL = {"heightmaps cannot be used and are left out": ["/w/hill.asc"]}
+NO_GROUND = {f"heightmaps are {NO_GDAL}, and left out": ["/w/hill.asc"]}
+NO_MODELS = (
+    "2 models of Gazebo's database are missing: bookshelf, cafe_table; "
+    "./run add models bookshelf cafe_table"
+)
+CANNOT = {"cannot": [["tools", "merge"], ["gone", "node"]],
+          "builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}  # fmt: skip
+NOT_INSTALLED = "node gone/node cannot start: package gone is not installed; " + GENERIC
+NOT_BUILT = "node tools/merge cannot start: it is C++ of laser_tools, which is not built; ...make"
+WAITS = {"companions": {name: [("car", f"{name}.launch")]
+                        for name in ("world", "robot", "controllers")}}  # fmt: skip
+MANY = {"companions": {"robot": [("car", "robot.launch")] * 5}}
+BRINGS = "; if another launch file brings it, add it to the command: + car {}.launch"
+LOOSE = {**CAR, "furniture": True, "sensors": [], "controllers": [], "after": MOVED}
+CRATE = {**LOOSE, "name": "crate", "furniture": False, "control_namespace": None,
+         "extensions": [], "before": state(about_x=math.pi / 2.0),
+         "after": state(about_x=math.pi / 2.0)}  # fmt: skip
+ADD = [f"{name} is missing; ./run add {name}" for name in ("a", "models b c")]
+
+# What was found, problems, the verdict (None: nothing works, for the first problem), notes.
+SAID = [
+    ({}, [], "works"),
+    # roslaunch
+    ({"refused": "no such file"}, ["roslaunch refuses...: no such file"], None),
+    ({"refused": f"there is no file {THERE}", "moved": {THERE: "$(find car)/a.launch"}},
+     ["...there is no file...a.launch; here it is $(find car)/a.launch"], None),
+    ({"refused": NOT_FOUND, "simulator": False, "models": [], "remedies": {"amcl": "look"}},
+     [f"...: {NOT_FOUND}; amcl: look"], None),
+    ({"simulator": False}, ["no simulator came up: does...empty_world.launch?"], None),
+    ({"simulator": False, "models": [], **WAITS},
+     ["no simulator came up" + BRINGS.format("world")], None),
+    ({"interpreters": [("/a/old.py", "/usr/bin/python")]},
+     ["script /a/old.py begins with #!/usr/bin/python,...python-is-python3..."], None),
+    ({"interpreters": [("/a/old.py", "/no/python")]},
+     ["...#!/no/python...: install it, or change the script's first line"], None),
+    # nodes that do not start
+    ({"cannot": [["tools", "merge"]]}, ["node tools/merge...has no such node;..."],
+     "works without node tools/merge"),
+    (CANNOT, [NOT_INSTALLED, NOT_BUILT], "works without node gone/node, node tools/merge"),
+    ({"cannot": [["move_base", "move_base"], ["base", "hw"]],
+      "builders": {"move_base": ["move_base", False, ""], "hw": ["base", True, "X's headers"]},
+      "remedies": {"move_base": "look there"}},
+     ["...move_base is not installed; look there", "...asks for X's headers,...Python..."],
+     "works without node move_base/move_base, node base/hw"),
+    ({"cannot": [["rqt_robot_steering", "rqt_robot_steering"]]}, [], "works",
+     "node rqt_robot_steering/rqt_robot_steering, a window, is not installed"),
+    ({"unable": ["joystick"]}, ["node joystick has a program that cannot be run"],
+     "works without node joystick"),
+    # nodes that die
+    ({"died": [MUX]}, ["node mux (mux.py) died with exit code 1"], "works without node mux"),
+    ({"died": [dead("car", "drive.py", why="cv2.error: x", drives=True, times=8)]},
+     ["node car (drive.py) died with exit code 1, 8 times: cv2.error: x"],
+     "does not drive because node car..."),
+    ({"died": [dead("view", "rviz", -6, screen=True), dead("keys", "keys.py", screen=True)]}, [],
+     "works", "node view (rviz) wants a screen...", "node keys (keys.py) wants a screen..."),
+    # the robot
+    ({"models": [GROUND]}, ["no robot was spawned"], None),
+    ({"models": [GROUND], **WAITS}, ["no robot was spawned" + BRINGS.format("robot")], None),
+    ({"models": [GROUND], **MANY},
+     ["...: + car robot.launch, + car robot.launch, + car robot.launch and 2 more"], None),
+    ({"models": [GROUND], **WAITS, "died": [dead("put", "spawn_model", why="two root links")]},
+     ["no robot was spawned: two root links"], None),
+    ({"models": [GROUND], **WAITS, "died": [dead("put", "spawn_model")]},
+     ["no robot was spawned" + BRINGS.format("robot"), "node put (spawn_model) died..."], None),
+    ({"models": [GROUND], "errors": [NO_PATH, NO_PATH], "remedies": {"arm_description": "look"}},
+     ["package arm_description is not there...; look", "no robot was spawned"], None),
+    ({"models": [LOOSE]}, ["no robot was spawned"], None, "loose things...: car"),
+    ({"models": [GROUND, CAR, *({**LOOSE, "name": f"b{n}"} for n in range(5))]}, [], "works",
+     "loose things move, fall or lie: b0, b1, b2 and 2 more"),
+    ({"models": [GROUND, CAR, CRATE]}, [], "works", "loose things move, fall or lie: crate"),
+    ({"models": [CRATE]}, ["robot crate is tilted by 90 degrees"], None),
+    ({"car_after": None}, ["robot car cannot be asked where it is"], None),
+    ({"car_after": MOVED}, [MOVES], None),
+    ({"car_after": MOVED, "car_driven_by": ["/driver"]}, [], "works"),
+    ({"car_after": state(y=math.nan)}, ["robot car is nowhere: its...not finite"], None),
+    ({"car_before": state(z=-5.05), "car_after": state(z=-5.05)},
+     ["robot car has fallen to z = -5.0 m"], None),
+    ({"car_after": state(about_x=1.0)}, ["robot car is tilted by 57 degrees"], None),
+    ({**CANNOT, "car_after": MOVED}, [NOT_INSTALLED, NOT_BUILT, MOVES], FAILS + NOT_INSTALLED),
+    ({"car_after": MOVED, "car_sensors": topic(30.0, 0)}, ["...sends nothing", MOVES],
+     FAILS + MOVES),
+    # controllers
+    ({"car_controllers": None}, ["the controller_manager of car in /car does not answer"], None),
+    ({"car_controllers": []}, ["no controller is loaded in /car: is there a spawner,..."], None),
+    ({"car_controllers": [], **WAITS},
+     ["no controller is loaded in /car" + BRINGS.format("controllers")], None),
+    ({"car_controllers": [ARM]}, ["controller arm in /car is stopped"], None),
+    ({"car_controllers": [ARM, WHEELS]}, ["controller arm in /car is stopped"],
+     "works without controller arm in /car"),
+    ({"car_lost": [NO_PARAMETERS]}, [NO_PARAMETERS], "works without controller base"),
+    # sensors
+    ({"car_sensors": topic(30.0, 0)}, ["sensor on /t of car sends nothing"],
+     "works without sensor /t"),
+    ({"car_sensors": topic(30.0, 9, 12.0)}, ["sensor on /t sends 12.0 of 30 Hz"],
+     "works without sensor /t"),
+    ({"car_sensors": topic(30.0, 80, 10.0, is_camera=True), "was_paused": True}, [], "works",
+     "the file starts the world paused;...", "...draws /t 10.0 times..., 30 are wanted"),
+    ({"car_sensors": topic(2.0, 0), "real_time_factor": 0.1, "simulated": 0.8}, [], "works",
+     "this machine simulates 0.10 s in a second", "...too slow for a first message on /t"),
+    ({"car_sensors": topic(2.0, 0), "real_time_factor": 0.1}, ["...sends nothing"],
+     "works without sensor /t", "...simulates 0.10 s..."),
+    ({"car_sensors": topic(2.0, 0, is_camera=True), "real_time_factor": 0.1}, [], "works",
+     "...simulates...", "...too slow..."),
+    # plugins
+    ({"lost": [UNKNOWN.format("x")]}, [UNKNOWN.format("x")], "works without plugin x"),
+    ({"car_lost": [UNKNOWN.format("libhover.so")], "builders": {"hover": ["h_g", True]}},
+     [UNKNOWN.format("libhover.so") + f": it is C++ of package h_g; {OWN}"],
+     "works without plugin libhover.so"),
+    ({"car_lost": [OTHERS], "builders": {"gazebo_ros_control2": ["x_control", True]}},
+     [f"{OTHERS}: it is C++ of package x_control; {OWN}"],
+     "works without plugin libgazebo_ros_control2.so"),
+    ({"car_lost": [NEARLY], "builders": {"gazebo_ros_control": ["x_control", True]}}, [NEARLY],
+     "works without plugin libgazebo_ros_contol.so"),
+    ({"car_lost": [BARELY]}, [BARELY], "works without plugin gazebo_ros_contol"),
+    ({"car_lost": ["plugin 'x' of sensor 'eye' is ignored; take libgazebo_ros_y.so"]}, ["..."],
+     "works without plugin x"),
+    ({"car_lost": [KOBUKI]}, [f"{KOBUKI}; {OWN}"], f"does not drive because {KOBUKI}; {OWN}"),
+    ({"car_lost": [NO_JOINT]}, [NO_JOINT], f"does not drive because {NO_JOINT}"),
+    ({"car_lost": [NO_LINK]}, [NO_LINK], "works without plugin libhector_gazebo_ros_imu.so"),
+    ({"car_lost": [massless(True)]}, [massless(True)],
+     "works without links without mass: arm, hand"),
+    ({"car_lost": [massless(False)]}, [massless(False)], None),
+    # files
+    ({"lost": [NO_WORLD]}, [NO_WORLD], "works without world file a.world"),
+    ({"missing": MODELS, "car_missing": MESHES},
+     [NO_MODELS, "2 meshes are missing and left out: package://a/b.stl, package://a/c.stl"],
+     "works without 2 models, 2 meshes"),
+    ({"missing": OWN_MODEL}, ["model model://shed_of_mine cannot be used"],
+     "works without model shed_of_mine"),
+    ({"missing": NO_GROUND}, [f"heightmap /w/hill.asc is {NO_GDAL}, and left out"],
+     "works without heightmap hill.asc"),
+    ({"missing": HILL, "car_after": MOVED}, ["heightmap /w/hill.asc cannot be used...", MOVES],
+     FAILS + "heightmap /w/hill.asc cannot be used and is left out"),
+    ({"missing": DATABASE_MESH, "car_after": MOVED}, ["1 model of Gazebo's database is...", MOVES],
+     FAILS + MOVES),
+    ({"problems": ADD, "checked": ["robot", "a.launch"]}, [], "works",
+     "./run add --for robot a.launch brings all of these packages and models at once"),
+    ({"problems": ADD[:1], "checked": ["robot", "a.launch"]}, [], "works"),
+    # causes before what they cause
+    ({**CANNOT, "died": [MUX], "car_lost": [UNKNOWN.format("libx.so")], "car_after": MOVED,
+      "car_sensors": topic(30.0, 0)},
+     [NOT_INSTALLED, NOT_BUILT, "...libx.so...Python class...", "node mux...",
+      "...on /t...", MOVES], FAILS + NOT_INSTALLED),
+]  # fmt: skip
 
 
-def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
-    camera = {"topic": "/image", "type": "sensor_msgs/Image", "rate": 30.0, "count": 80,
-              "measured": 10.0, "link": "eye", "is_camera": True}  # fmt: skip
-    died = [dead("view", "rviz", -6, screen=True), dead("keys", "keys.py", screen=True)]
-    found = changed(died=died, car_sensors=[camera], real_time_factor=0.5, was_paused=True)
-    assert check_verdict.problems(found) == []
-    screen, keys, paused, slow, image = check_verdict.notes(found)
-    assert "view (rviz) wants a screen" in screen and "0.50 s" in slow
-    assert "keys" in keys and "starts the world paused" in paused
-    assert "/image 10.0" in image and "30 are wanted" in image
-    page = "\n".join(check.page(found, 8.0))
-    assert "worth knowing" in page and page.startswith("works\n")
-    assert check_verdict.notes(GOOD) == []
+@pytest.mark.parametrize("row", SAID)
+def test_what_is_said(row):
+    values, problems, verdict, *notes = row
+    found = changed(**values)
+    assert check_verdict.problems(found) == list(map(Like, problems))
+    assert check_verdict.verdict(found) == Like(FAILS + problems[0] if verdict is None else verdict)
+    assert check_verdict.notes(found) == list(map(Like, notes))
 
 
-def test_windows_that_are_missing_or_required_are_no_problem():
-    found = changed(cannot=[["rqt_robot_steering", "rqt_robot_steering"]], died=[])
-    assert check_verdict.problems(found) == [] and "not installed" in check_verdict.notes(found)[0]
+def test_the_page_of_what_works():
+    lines = check.page(GOOD, 8.0)
+    assert lines[0] == "works" and lines[2].endswith("watched for 8 s, real-time factor 1.00")
+    for line in ("robot car at (1.00, 2.00, 0.05)", "  /scan ...10 Hz ...9.9 Hz", "  2 x a", "  b",
+                 "  running     wheels..."):  # fmt: skip
+        assert Like(line) in lines
+    assert "worth knowing:" not in lines and "  of car:" not in lines
+    assert "worth knowing:" in check.page(changed(was_paused=True), 8.0)
 
-    class Node:
-        def __init__(self, package, node_type, name=None, required=False, respawn=False):
-            self.type, self.required, self.respawn = node_type, required, respawn
-            self.launch_prefix = None
 
-    check_roslaunch.without_required_windows(Node)
-    window = Node("rviz", "rviz", "view", required=True, respawn=True)
-    driver = Node("base", "driver", "driver", required=True, respawn=True)
-    assert (window.required, window.respawn) == (False, False)
-    assert (driver.required, driver.respawn) == (True, True)
+def test_topics_of_two_robots_say_whose_they_are():
+    other = {**CAR, "name": "cart", "driven_by": ["/driver"]}
+    lines = check.page(changed(models=[*GOOD["models"], other]), 8.0)
+    assert lines.index("  of cart:") > lines.index("  of car:")
+    assert Like("robot cart at...driven by /driver...") in lines
+
+
+def test_the_first_line_is_the_verdict_and_its_cause_is_told_once():
+    lines = check.page(changed(died=[MUX], car_sensors=[], models=[GROUND]), 8.0)
+    assert lines[0] == "does not work because no robot was spawned"
+    assert "1 more problem:" in lines and not any("no robot" in line for line in lines[1:])
+
+
+def test_without_a_simulator():
+    (line,) = check.page({"simulator": False, "refused": None, "cannot": [], "died": []}, 8.0)
+    assert line.startswith("does not work because no simulator came up: ")
 
 
 def test_a_launch_that_ends_early_has_no_simulator(monkeypatch):
@@ -370,63 +314,58 @@ def test_a_launch_that_ends_early_has_no_simulator(monkeypatch):
     assert check_observer.find_simulator() is None
 
 
-def test_launch_arguments_get_to_the_launch_file(monkeypatch):
-    seen = []
-    monkeypatch.setattr(check, "run", lambda options, rest: seen.append((options, rest)))
-    cli.parsed("check", check, ["car", "car.launch", "--seconds", "3", "gui:=false", "n:=2"])
-    (options, rest), = seen  # fmt: skip
-    assert (options.file, options.seconds, rest) == ("car.launch", 3.0, ["gui:=false", "n:=2"])
+@pytest.mark.parametrize("program, prefix, is_window, left", [
+    ("drive.py", "xterm -e", False, None),
+    ("drive.py", "xterm -hold -e", False, None),
+    ("drive.py", "gnome-terminal --", False, None),
+    ("drive.py", "/usr/bin/konsole -e gdb --args", False, "gdb --args"),
+    ("drive.py", "gnome-terminal --command", False, None),
+    ("drive.py", "bash -c 'sleep 5; $0 $@'", False, "bash -c 'sleep 5; $0 $@'"),
+    ("drive.py", "nice -n 10", False, "nice -n 10"),
+    ("rviz", None, True, None),
+])  # fmt: skip
+def test_no_window_is_required_and_none_is_opened(program, prefix, is_window, left):
+    class Node:
+        def __init__(self, package, node_type, name=None, required=False, respawn=False):
+            self.type, self.required, self.respawn = node_type, required, respawn
+            self.launch_prefix = prefix
+
+    check_roslaunch.without_required_windows(Node)
+    node = Node("base", program, "base", required=True, respawn=True)
+    assert (node.required, node.respawn, node.launch_prefix) == (not is_window, not is_window, left)
 
 
-def test_loose_things_of_the_world_are_no_robots():
-    ball = {**GOOD["models"][1], "name": "ball", "furniture": True, "sensors": [],
-            "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
-    found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
-    assert check_verdict.problems(found) == []
-    assert check_verdict.notes(found) == ["loose things move, fall or lie: b0, b1, b2 and 2 more"]
-    assert check_verdict.problems(changed(models=[ball])) == ["no robot was spawned"]
-
-
-def test_a_crate_that_was_spawned_is_no_robot_beside_one():
-    fallen = state(orientation=(math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)))
-    crate = {"name": "crate", "static": False, "furniture": False, "control_namespace": None,
-             "sensors": [], "extensions": [], "lost": [], "warnings": [],
-             "before": fallen, "after": fallen}  # fmt: skip
-    found = changed(models=[*GOOD["models"], crate])
-    assert check_verdict.verdict(found) == "works" and check_verdict.robots(found) == [
-        GOOD["models"][1]
-    ]
-    assert check_verdict.notes(found) == ["loose things move, fall or lie: crate"]
-    (sentence,) = check_verdict.problems(changed(models=[crate]))
-    assert sentence == "robot crate is tilted by 90 degrees"
-
-
-def test_packages_that_a_refused_file_misses():
-    long = 'The following package was not found in <arg name="a: b" value="$(find ferry)/x: y"/>'
-    assert check_remedies.named_packages("Resource not found: ferry\nROS path [0]=/a") == ["ferry"]
-    assert check_remedies.named_packages(f"Resource not found: {long}: ferry_2\n") == ["ferry_2"]
-    assert check_remedies.named_packages("package 'ferry' not found") == ["ferry"]
-    assert check_remedies.named_packages(None) == []
+@pytest.mark.parametrize("values, names", [
+    ({"refused": f"{NOT_FOUND}\nROS path [0]=/a"}, ["amcl"]),
+    ({"refused": LONG_NOT_FOUND}, ["amcl"]),
+    ({"refused": "package 'ferry' not found"}, ["ferry"]),
+    ({"errors": [NO_PATH, NO_PATH]}, ["arm_description"]),
+    ({"builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}, ["gone"]),
+    ({}, []),
+])  # fmt: skip
+def test_packages_that_are_missing(values, names):
+    assert check_remedies.missing_packages(changed(**values)) == names
 
 
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     for name in ("base", "hover"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
-    (tmp_path / "hover" / "CMakeLists.txt").write_text(
-        "project(hover)\nadd_library(${PROJECT_NAME}_plugin SHARED a.cpp)\n"
-        "add_executable(drive b.cpp)\nadd_subdirectory(src/pad)\nadd_subdirectory(gone)\n"
-    )
-    (tmp_path / "hover" / "src" / "pad").mkdir(parents=True)
-    (tmp_path / "hover" / "src" / "pad" / "CMakeLists.txt").write_text(
-        "add_executable(pad pad.cpp)\n"
-    )
-    (tmp_path / "hover" / "src" / "pad" / "pad.cpp").write_text("#include <gazebo/g.hh>\n")
-    (tmp_path / "hover" / "a.cpp").write_text("#include <ros/ros.h>\n# include <gazebo/g.hh>\n")
-    (tmp_path / "hover" / "b.cpp").write_text("#include <ros/ros.h>\n")
+        make_package(tmp_path / name, name)
+    for name, text in {
+        "CMakeLists.txt":
+            "project(hover)\nadd_library(${PROJECT_NAME}_plugin SHARED a.cpp)\n"
+            "add_library(gazebo_ros_control a.cpp)\n"
+            "add_executable(drive b.cpp)\nadd_subdirectory(src/pad)\nadd_subdirectory(gone)\n",
+        "src/pad/CMakeLists.txt": "add_executable(pad pad.cpp)\n",
+        "src/pad/pad.cpp": "#include <gazebo/g.hh>\n",
+        "a.cpp": "#include <ros/ros.h>\n# include <gazebo/g.hh>\n",
+        "b.cpp": "#include <ros/ros.h>\n",
+    }.items():  # fmt: skip
+        (tmp_path / "hover" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "hover" / name).write_text(text)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    lost = [UNKNOWN.format("libhover_plugin.so"), NEARLY]  # which is misspelled, and no one's own
     found = {"cannot": [["hover", "drive"], ["hover", "pad"], ["gone", "node"]], "lost": [],
-             "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
+             "models": [{"lost": lost}]}  # fmt: skip
     assert check_sources.builders(found) == {
         "drive": ("hover", True, ""),
         "pad": ("hover", True, "Gazebo's headers"),
@@ -435,72 +374,31 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     }
 
 
-def test_one_command_brings_all_that_is_missing():
-    one = {**GOOD, "problems": ["a is not there; ./run add a"], "checked": ["robot", "a.launch"]}
-    assert check_verdict.notes(one) == []
-    two = {**one, "problems": [*one["problems"], "2 models are missing; ./run add models b c"]}
-    assert check_verdict.notes(two) == [
-        "./run add --for robot a.launch brings all of these packages and models at once"
-    ]
-
-
-def test_what_would_replace_it():
+@pytest.mark.parametrize("name, remedy", [
+    ("laser_filters", "apt-get install laser-filters"),
+    ("move_base", "./run add move_base"),
+    ("slam_toolbox", "./run add slam_toolbox"),
+    ("robot_localization", "./run add robot_localization"),
+    ("robot_pose_ekf", "./run add robot_pose_ekf"),
+    ("cmd_vel_mux", "twist_mux does the same, it comes by ./run add"),
+    ("my_own", "./run deps..."),
+    ("libhover.so", "...Python class..."),
+    ("libhector_gazebo_thermal_camera.so", "libgazebo_ros_camera..."),
+])  # fmt: skip
+def test_what_would_replace_it(name, remedy):
     def resolve(names):
         return {name: ["laser-filters"] if name == "laser_filters" else [] for name in names}
 
-    remedies = {
-        name: check_remedies.for_package(name, set, resolve)
-        for name in (
-            *("laser_filters", "move_base", "robot_localization", "robot_pose_ekf"),
-            *("cmd_vel_mux", "my_own", "slam_toolbox"),
-        )
-    }
-    assert remedies["laser_filters"] == "apt-get install laser-filters"
-    assert remedies["move_base"] == "./run add move_base"
-    assert remedies["slam_toolbox"] == "./run add slam_toolbox"
-    assert remedies["robot_localization"] == "./run add robot_localization"
-    assert remedies["robot_pose_ekf"] == "./run add robot_pose_ekf"
-    assert remedies["cmd_vel_mux"] == "twist_mux does the same, it comes by ./run add"
-    assert "./run deps" in remedies["my_own"]
-    assert "Python class" in check_remedies.for_plugin("libhover.so")
-    assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")
+    if name.endswith(".so"):
+        assert check_remedies.for_plugin(name) == Like(remedy)
+    else:
+        assert check_remedies.for_package(name, set, resolve) == Like(remedy)
 
 
 def test_what_there_is_has_no_remedy():
     from bullet_sim.plugins import rules
 
     assert not set(check_remedies.PLUGINS) & set(rules.RULES)
-
-
-def test_remedies_are_told_with_their_problems():
-    found = changed(
-        cannot=[["move_base", "move_base"], ["base", "hw"]],
-        builders={"move_base": ["move_base", False, ""], "hw": ["base", True, "X's headers"]},
-        remedies={"move_base": "look there"},
-    )
-    missing, absent = check_verdict.problems(found)
-    assert "move_base is not installed; look there" in missing
-    assert "asks for X's headers" in absent and "Python" in absent
-    refused = changed(simulator=False, models=[], refused="Resource not found: amcl",
-                      remedies={"amcl": "look here"})  # fmt: skip
-    assert check_remedies.missing_packages(refused) == ["amcl"]
-    assert check_verdict.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
-
-
-def test_a_model_that_is_refused_for_a_package():
-    line = "[FATAL] [1.5]: Package[arm_description] does not have a path"
-    found = changed(models=GOOD["models"][:1], errors=[line, line],
-                    remedies={"arm_description": "look there"})  # fmt: skip
-    assert check_remedies.missing_packages(found) == ["arm_description"]
-    assert check_verdict.problems(found)[0].startswith("package arm_description is not there")
-    assert check_verdict.problems(found)[0].endswith("; look there")
-
-
-def test_without_a_simulator():
-    found = {"simulator": False, "refused": None, "cannot": [], "died": []}
-    (sentence,) = check_verdict.problems(found)
-    assert "no simulator" in sentence
-    assert check.page(found, 8.0) == [f"does not work because {sentence}"]
 
 
 def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
@@ -519,27 +417,21 @@ def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
 
 
 def test_several_launch_files():
-    words = ["gui:=false", "+", "car", "navigate.launch", "map:=a:=b", "+", "car", "view.launch"]
-    assert check.files_of("car", "world.launch", words) == [
+    words = "gui:=false + car navigate.launch --seconds 3 map:=a:=b + car view.launch".split()
+    options, rest = parser_of("check", check).parse_known_args(["car", "world.launch", *words])
+    assert options.seconds == 3.0
+    assert check.files_of(options.package, options.file, rest) == [
         ("car", "world.launch", ["gui:=false"]),
         ("car", "navigate.launch", ["map:=a:=b"]),
         ("car", "view.launch", []),
     ]
-    for words, sentence in (
-        (["+", "car"], "behind [+] there must be PACKAGE FILE.launch"),
-        (["+", "a:=b", "c.launch"], "behind [+] there must be"),
-        (["gui"], "unknown argument 'gui'"),
-    ):
-        with pytest.raises(UsageError, match=sentence):
-            check.files_of("car", "world.launch", words)
 
 
 def test_several_launch_files_are_one(tmp_path):
     environ = {**os.environ, "ROS_PACKAGE_PATH": str(tmp_path / "src")}
     for name in ("world", "navigate"):
-        folder = tmp_path / "src" / name / "launch"
-        folder.mkdir(parents=True)
-        (folder.parent / "package.xml").write_text(f"<package><name>{name}</name></package>")
+        folder = make_package(tmp_path / "src" / name, name) / "launch"
+        folder.mkdir()
         (folder / f"{name}.launch").write_text("<launch/>")
     files = [("world", "world.launch", []), ("navigate", "navigate.launch", ['words:=<"a">'])]
     path = check.together(files, str(tmp_path / "both.launch"), environ)
@@ -571,10 +463,3 @@ def test_a_node_that_two_files_start_is_that_of_the_last():
         nodes(Config)
     check_roslaunch.keep_last_of_a_name(Config)
     assert nodes(Config) == [("other", "/robot/"), ("second", "/")]
-
-
-def test_a_plugin_on_a_link_that_is_none_has_no_remedy():
-    text = (
-        "plugin 'libhector_gazebo_ros_imu.so' has bodyName 'imu', which is no link; it is left out"
-    )
-    assert check_verdict.problems(changed(lost=[text])) == [text]

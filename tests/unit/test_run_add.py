@@ -11,8 +11,8 @@ import zipfile
 
 import pytest
 import yaml
-from run_rig import PATIENCE, run
-from users_rig import MANIFEST, git
+from run_rig import PATIENCE, make_package, program, run
+from users_rig import commit, git
 
 from commands import repositories
 from commands import sources as repos
@@ -66,13 +66,6 @@ def test_urls(text, folder, version):
     (found,) = repos.repositories_of(text)
     assert (found.name, found.kind, found.version) == (folder, "git", version)
     assert found.url == text.partition("#")[0]
-
-
-def test_what_is_neither_in_the_index_nor_a_url():
-    with pytest.raises(UsageError, match="name is 'navigatoin'; valid: .*navigation"):
-        repos.repositories_of("navigatoin")
-    with pytest.raises(UsageError, match="its last part must name"):
-        repos.repositories_of("https://example.org/?")
 
 
 def test_where_a_folder_has_a_repository(sources, tmp_path):
@@ -145,8 +138,7 @@ def test_damaged_archives_are_named(tmp_path, kind):
 
 def test_branches_that_yaml_reads_as_numbers(here, tmp_path, monkeypatch):
     """1.10 was brought as 1.1."""
-    (tmp_path / "vcs").write_text('#!/bin/bash\ncp "$5" "$6/../../../said"\nexit 0\n')
-    (tmp_path / "vcs").chmod(0o755)
+    program(tmp_path / "vcs", '#!/bin/bash\ncp "$5" "$6/../../../said"\nexit 0\n')
     monkeypatch.setattr(repositories.deps, "VCS", str(tmp_path / "vcs"))
     for version in ("1.10", "0x10", "on", "a: b", "2024-01-01"):
         repositories._import(
@@ -156,22 +148,14 @@ def test_branches_that_yaml_reads_as_numbers(here, tmp_path, monkeypatch):
         assert (entry["version"], entry["url"]) == (version, "file:///x#y")
 
 
-def package(folder, name):
-    """Writes a package into a folder."""
-    folder.mkdir(parents=True)
-    (folder / "package.xml").write_text(MANIFEST.format(name))
-    return folder
-
-
 def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
-    robot = package(tmp_path / "from" / "robot", "robot")
+    robot = make_package(tmp_path / "from" / "robot", "robot")
     git(robot, "init", "-q")
     url = f"file://{sources}/thing.git"
     git(robot, "-c", "protocol.file.allow=always", "submodule", "add", "-q", url, "things")
     with (robot / ".gitmodules").open("a") as modules:
         modules.write('[submodule "lost"]\npath = lost\nurl = git@github.com:nobody/lost.git\n')
-    git(robot, "add", ".")
-    git(robot, "commit", "-q", "-m", "first")
+    commit(robot)
     shutil.copytree(sources / "thing.git", tmp_path / "from" / "thing.git")
     repositories.bring(
         repos.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent)
@@ -183,10 +167,10 @@ def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
 
 
 def test_of_two_packages_of_a_name_one_is_used(here, capsys):
-    old = package(here / "first" / "my_robot", "my_robot")
-    new = package(here / "second" / "my_robot", "my_robot")
-    copy = package(here / "second" / "amcl", "amcl")
-    real = package(here / "navigation" / "amcl", "amcl")
+    old = make_package(here / "first" / "my_robot", "my_robot")
+    new = make_package(here / "second" / "my_robot", "my_robot")
+    copy = make_package(here / "second" / "amcl", "amcl")
+    real = make_package(here / "navigation" / "amcl", "amcl")
     assert set(workspace.copies()) == {"my_robot", "amcl"}
     add.leave_copies(["second"])
     assert workspace.users_packages() == {"my_robot": str(new), "amcl": str(real)}
@@ -197,20 +181,12 @@ def test_of_two_packages_of_a_name_one_is_used(here, capsys):
     assert capsys.readouterr().out == ""
 
 
-def wanting(folder, name, *wanted, tag="exec_depend"):
-    """Writes a package that asks for others."""
-    text = MANIFEST.format(name)
-    asked = "".join(f"<{tag}>{each}</{tag}>" for each in wanted)
-    package(folder, name)
-    (folder / "package.xml").write_text(text.replace("</package>", f"{asked}</package>"))
-
-
 def test_of_a_repository_what_is_asked_for_is_enabled(here, capsys):
     camera = here / "camera"
-    wanting(camera / "driver", "driver", "vendor")
-    wanting(camera / "description", "description", "meshes")
-    wanting(camera / "meshes", "meshes")
-    wanting(camera / "viewer", "viewer", "driver", tag="test_depend")
+    make_package(camera / "driver", "driver", "vendor")
+    make_package(camera / "description", "description", "meshes")
+    make_package(camera / "meshes", "meshes")
+    make_package(camera / "viewer", "viewer", "driver", tag="test_depend")
     repositories.enable(str(camera), ("description",), is_new=True)
     assert set(workspace.users_packages()) == {"description", "meshes"}
     assert "disabled by CATKIN_IGNORE: driver, viewer\n" in capsys.readouterr().out
@@ -222,7 +198,7 @@ def test_of_a_repository_what_is_asked_for_is_enabled(here, capsys):
 
 
 def test_packages_that_the_index_guesses_wrong_disable_none(here):
-    wanting(here / "camera" / "driver", "driver")
+    make_package(here / "camera" / "driver", "driver")
     repositories.enable(str(here / "camera"), ("camera",), is_new=True)
     assert set(workspace.users_packages()) == {"driver"}
 
@@ -233,10 +209,9 @@ def hosted(tmp_path, monkeypatch):
     folder, lines = tmp_path / "hosted", []
 
     def host(name, *wanted):
-        wanting(folder / name, name, *wanted)
+        make_package(folder / name, name, *wanted)
         git(folder / name, "init", "-q", "-b", "main")
-        git(folder / name, "add", ".")
-        git(folder / name, "commit", "-q", "-m", "first")
+        commit(folder / name)
         lines.append(f"{name} git https://example.org/{name}.git main {name}\n")
         (tmp_path / "index.txt").write_text("".join(lines))
         return folder
@@ -255,18 +230,18 @@ def test_what_packages_depend_on_comes_round_after_round(here, hosted, monkeypat
     hosted("sensor")
     with open(repos.INDEX, "a") as index:
         index.write("lost git https://example.org/lost.git main lost\n")
-    wanting(folder / "robot" / "more", "more")  # not of the repository's commit
+    make_package(folder / "robot" / "more", "more")  # not of the repository's commit
     monkeypatch.setattr(add.deps, "has_lists", lambda: True)
-    resolve = lambda names, _: {name: ["python3-rospy"] * (name == "rospy") for name in names}  # noqa: E731
     find = add.deps.find
-    monkeypatch.setattr(
-        add.deps,
-        "find",
-        lambda folders, tests: find(
-            folders, lambda names: set(names), lambda _: {"python3-rospy"},
-            {"catkin", *workspace.users_packages()}, resolve, tests,
-        ),
-    )  # fmt: skip
+
+    def resolve(names, _):
+        return {name: ["python3-rospy"] * (name == "rospy") for name in names}
+
+    def found(folders, tests):
+        ours = {"catkin", *workspace.users_packages()}
+        return find(folders, set, lambda _: {"python3-rospy"}, ours, resolve, tests)
+
+    monkeypatch.setattr(add.deps, "find", found)
     nowhere = add.bring_all(repos.repositories_of("robot"), {"lost": ["me"]}, str(folder))
     assert set(workspace.users_packages()) == {"robot", "drive", "wheels"}
     assert nowhere == {"nobodys": ["robot"], "lost": ["me"]}
@@ -286,9 +261,7 @@ def test_a_branch_that_is_gone_comes_from_the_release(here, hosted, capsys):
     git(released, "init", "-q", "-b", "main")
     for name in ("robot", "drive"):
         git(released, "checkout", "-q", "-b", f"release/{name}/1.0")
-        (released / "package.xml").write_text(MANIFEST.format(name))
-        git(released, "add", ".")
-        git(released, "commit", "-q", "-m", name)
+        commit(make_package(released, name))
     for name, came in [("robot", {"robot", "drive"}), ("drive", {"drive"})]:
         (repository,) = repos.repositories_of(name)
         folders = repositories.bring(repository, str(folder))
@@ -298,8 +271,8 @@ def test_a_branch_that_is_gone_comes_from_the_release(here, hosted, capsys):
             shutil.rmtree(here / each)
     assert capsys.readouterr().out.count("its release is looked for\n") == 1
     git(folder / "robot", "checkout", "-q", "-b", "gone")  # it is there, but is no ROS package
-    git(folder / "robot", "mv", "package.xml", "setup.py")
-    git(folder / "robot", "commit", "-q", "-m", "none")
+    (folder / "robot" / "package.xml").rename(folder / "robot" / "setup.py")
+    commit(folder / "robot")
     repositories._lost.clear()
     assert repositories.bring(repos.repositories_of("drive")[0], str(folder)) == ["drive-release"]
     assert "robot has no package.xml of drive: its release" in capsys.readouterr().out
@@ -312,7 +285,7 @@ def test_a_branch_that_is_gone_comes_from_the_release(here, hosted, capsys):
 
 
 def test_sizes_are_told_before_anything_is_compiled(here):
-    package(here / "robot" / "a", "a")
+    make_package(here / "robot" / "a", "a")
     (here / "robot" / "a" / "main.cpp").write_text("int main() {}\n" * 10)
     (here / "robot" / "a" / "main.hpp").write_text("\n" * 5)
     first, last = add.sizes({"a": str(here / "robot" / "a")}, ["a"])
@@ -321,15 +294,11 @@ def test_sizes_are_told_before_anything_is_compiled(here):
 
 
 def test_for_whom(here, tmp_path, monkeypatch):
-    robot = package(here / "robot", "robot")
+    robot = make_package(here / "robot", "robot")
     (robot / "launch").mkdir()
-    (robot / "launch" / "a.launch").write_text("<launch/>")
-    for words in (
-        ["robot"],
-        [str(robot)],
-        [str(robot / "launch" / "a.launch")],
-        ["robot", "a.launch"],
-    ):
+    launch = robot / "launch" / "a.launch"
+    launch.write_text("<launch/>")
+    for words in (["robot"], [str(robot)], [str(launch)], ["robot", "a.launch"]):
         assert add.deps.folders_of(words) == [str(robot)]
     for words in (["nothing"], [str(tmp_path / "none")], ["a.launch"]):
         with pytest.raises(UsageError, match=f"'{words[0]}' is no package"):
@@ -361,8 +330,7 @@ def signals():
 def test_half_a_clone_never_counts_as_there(here, sources, tmp_path, monkeypatch, word, error):
     """Ctrl-C, then the same again: what was half brought stayed, with exit status 0."""
     thing = repos.Repository("thing", "git", "https://example.org/thing.git", "noetic")
-    (tmp_path / "vcs").write_text(HALF.format(word))
-    (tmp_path / "vcs").chmod(0o755)
+    program(tmp_path / "vcs", HALF.format(word))
     with monkeypatch.context() as patch:
         patch.setattr(repositories.deps, "VCS", str(tmp_path / "vcs"))
         with pytest.raises(error):

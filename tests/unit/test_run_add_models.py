@@ -4,7 +4,8 @@ import os
 import shutil
 
 import pytest
-from users_rig import git
+from run_rig import make_package
+from users_rig import commit, git
 
 from commands import gazebo_models, sources
 from commands.errors import CommandError, UsageError
@@ -19,8 +20,7 @@ def clone(tmp_path, monkeypatch):
         (folder / name).mkdir(parents=True)
         (folder / name / "model.sdf").write_text(f"<sdf>{text}</sdf>" + " " * 100_000)
     git(folder, "init", "--quiet")
-    git(folder, "add", ".")
-    git(folder, "commit", "--quiet", "-m", "models")
+    commit(folder)
     monkeypatch.setattr(gazebo_models, "MODELS", str(tmp_path / "cache" / "gazebo_models"))
     monkeypatch.setattr(gazebo_models, "CACHE", str(tmp_path / "cache"))
     (tmp_path / "cache").mkdir()
@@ -67,10 +67,9 @@ def test_what_a_killed_run_has_left_is_completed(clone, tmp_path):
 
 
 def test_a_package_stands_for_its_files(clone, tmp_path, monkeypatch):
-    package = tmp_path / "src" / "yard" / "worlds"
-    package.mkdir(parents=True)
-    (package.parent / "package.xml").write_text("<package><name>yard</name></package>")
-    (package / "a.world").write_text('<include><uri>"model://cafe_table"</uri></include>')
+    worlds = make_package(tmp_path / "src" / "yard", "yard") / "worlds"
+    worlds.mkdir()
+    (worlds / "a.world").write_text('<include><uri>"model://cafe_table"</uri></include>')
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
     gazebo_models.add(["yard"], clone)
     assert there() == {"cafe_table"}

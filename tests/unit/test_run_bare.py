@@ -3,13 +3,12 @@
 import os
 import pathlib
 import shutil
-import subprocess
 import tempfile
 
 import pytest
 import run_rig
 from bare_rig import NO_MOUNTS, NO_ROOT, Bare, where_it_works
-from run_rig import PATIENCE, run
+from run_rig import ran
 
 NOBODY = 65534
 AS_NOBODY = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
@@ -22,33 +21,15 @@ def bare(tmp_path):
     return Bare(tmp_path).tarball()
 
 
-@pytest.mark.parametrize(
-    "arguments, words",
-    [
-        (["--suite", "buster"], "suite is 'buster'; there are bookworm, trixie"),
-        (["--suite=sid", "true"], "suite is 'sid'; there are bookworm, trixie"),
-        (["--suite"], "--suite needs a value"),
-        (["--siute", "trixie"], "unknown argument '--siute'"),
-        (["-x", "true"], "unknown argument '-x'"),
-    ],
-)
-def test_bad_arguments(arguments, words):
-    done = run("bare", *arguments)
-    assert (done.returncode, done.stdout) == (2, "") and f"run: {words}\n" in done.stderr
-
-
 @pytest.mark.parametrize("arguments", [["--check"], ["true"]])
 def test_without_root_it_is_refused(arguments):
     folder = tempfile.mkdtemp(prefix="bare-")  # not below tmp_path, which is root's alone
     try:
         os.chmod(folder, 0o755)
         root = run_rig.small_clone(pathlib.Path(folder) / "paddock")
-        subprocess.run(["chmod", "-R", "a+rwX", root], check=True)
+        ran("chmod", "-R", "a+rwX", root)
         user = os.geteuid() or NOBODY
-        done = subprocess.run(
-            [*(AS_NOBODY if os.geteuid() == 0 else ()), root / "run", "bare", *arguments],
-            capture_output=True, text=True, timeout=PATIENCE,
-        )  # fmt: skip
+        done = ran(*(AS_NOBODY if os.geteuid() == 0 else ()), root / "run", "bare", *arguments)
         assert (done.returncode, done.stdout) == (2, "")
         assert done.stderr == (
             f"run: a bare machine {NO_ROOT}, and this is user {user}; sudo ./run bare would do\n"
@@ -60,9 +41,7 @@ def test_without_root_it_is_refused(arguments):
 def test_without_the_right_to_mount_it_is_refused(bare):
     """As root in a container; whoever is no root gets the sentence of the test before."""
     words = [*(NO_RIGHT if os.geteuid() == 0 else ()), bare.root / "run", "bare", "true"]
-    done = subprocess.run(
-        words, env=bare.environment(), capture_output=True, text=True, timeout=PATIENCE
-    )
+    done = ran(*words, env=bare.environment())
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("run: a bare machine ") and done.stderr.count("\n") == 1
     assert (NO_MOUNTS if os.geteuid() == 0 else NO_ROOT) in done.stderr and bare.left() == []

@@ -4,10 +4,9 @@ import os
 import pty
 import select
 import signal
-import subprocess
 import time
 
-from run_rig import PATIENCE, ROOT, run
+from run_rig import PATIENCE, ROOT, program, ran, run
 
 from commands.table import COMMANDS
 
@@ -54,16 +53,8 @@ OFFERED = {
 
 def completed(*lines):
     """Asks bash what it offers for some lines."""
-    done = subprocess.run(
-        ["bash", "-c", ASK, "bash", *lines],
-        env={**os.environ, "ROOT": str(ROOT)},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=True,
-    )
-    assert done.stderr == ""
+    done = ran("bash", "-c", ASK, "bash", *lines, env={**os.environ, "ROOT": str(ROOT)}, cwd=ROOT)
+    assert (done.returncode, done.stderr) == (0, "")
     return [line.split() for line in done.stdout.splitlines()]
 
 
@@ -72,10 +63,8 @@ def test_offers():
 
 
 def test_another_program_called_run_is_left_alone(tmp_path):
-    other = tmp_path / "run"
-    other.write_text("#!/bin/sh\necho started\n")
-    other.chmod(0o755)
-    assert completed(f"{other} ") == [[]]
+    program(tmp_path / "run", "#!/bin/sh\necho started\n")
+    assert completed(f"{tmp_path}/run ") == [[]]
 
 
 def test_filters_select_what_is_listed():

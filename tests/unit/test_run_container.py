@@ -6,7 +6,7 @@ import shlex
 
 import pytest
 import ros_rig
-from run_rig import ROOT, run
+from run_rig import ROOT, program, run
 
 from commands.bootstrap import packages
 from commands.subcommands import container
@@ -23,8 +23,7 @@ def machine(tmp_path):
     programs = tmp_path / "programs"
     programs.mkdir()
     for name in container.ENGINES:
-        (programs / name).write_text(ENGINE)
-        (programs / name).chmod(0o755)
+        program(programs / name, ENGINE)
     kept = {name: value for name, value in os.environ.items() if name not in container.PASSWORDS}
     return programs, {
         **kept, "PATH": f"{programs}:/usr/bin:/bin", "CALLS": str(tmp_path / "calls")
@@ -75,21 +74,6 @@ def test_what_the_image_has_is_what_the_lines_take():
     assert packages.DESK_SERVER_LIST in desk
 
 
-@pytest.mark.parametrize(
-    "arguments, words",
-    [
-        (["--engine", "lxc"], "engine is 'lxc'; it must be podman or docker"),
-        (["--workspace", "/nonexistent"], "workspace is '/nonexistent', which has no folder src"),
-        (["fly"], "the container runs a command of ./run, and 'fly' is none"),
-        (["container"], "the container runs a command of ./run, and 'container' is none"),
-        (["--fast"], "unknown argument '--fast'"),
-    ],
-)
-def test_bad_arguments(arguments, words):
-    done = run("container", *arguments)
-    assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
-
-
 def test_no_engine_is_one_sentence(tmp_path):
     for name in ("bash", "id", "mkdir", "cat"):
         (tmp_path / name).symlink_to(f"/bin/{name}")
@@ -104,9 +88,7 @@ def test_a_system_that_paddock_does_not_run_on_has_it(tmp_path):
     system = ros_rig.System(tmp_path, "NAME=Else\nID=else\n", apt=False)
     done = system.run("container")
     assert done.returncode == 1 and "container needs a python3" in done.stderr
-    python = tmp_path / "programs" / "python3"
-    python.write_text('#!/bin/sh\necho "$@"\n')
-    python.chmod(0o755)
+    program(tmp_path / "programs" / "python3", '#!/bin/sh\necho "$@"\n')
     done = system.run("container", "--print", "desk")
     assert done.stdout == f"-I -S {system.root}/commands/__main__.py container --print desk\n"
     done = system.run("demo")

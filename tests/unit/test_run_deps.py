@@ -5,10 +5,9 @@ import json
 import os
 import pickle
 import re
-import subprocess
 
 import pytest
-from run_rig import ROOT, run
+from run_rig import ROOT, ran, run
 
 from commands import paths
 from commands.bootstrap import ros
@@ -50,10 +49,15 @@ def debians_ros(monkeypatch):
     monkeypatch.setattr(ros, "prefix", lambda: "")
 
 
+def find(workspace, *known):
+    """What deps finds where Debian has some more packages to install."""
+    existing = {*INSTALLABLE, *known}.intersection
+    paddock = {"gazebo_ros", "cv_bridge"}
+    return deps.find(str(workspace), existing, DEBIAN.intersection, paddock)
+
+
 def test_the_four_lists(workspace, debians_ros):
-    found = deps.find(
-        str(workspace), INSTALLABLE.intersection, DEBIAN.intersection, paddock={"gazebo_ros"}
-    )
+    found = find(workspace)
     assert found.packages == ["my_car", "my_msgs"]
     assert (found.here, found.paddock) == (["my_msgs"], ["gazebo_ros"])
     assert list(found.installed) == ["catkin", "python-numpy", "rospy"]
@@ -100,10 +104,7 @@ def test_what_only_build_and_launch_files_ask_for(workspace, debians_ros):
         "<include file='$(find their_arm)/launch/arm.launch'/></launch>\n"
     )
     image, rviz = ["image-transport-tools", "libimage-transport-dev"], ["rviz", "librviz-dev"]
-    debian = INSTALLABLE | {*image, *rviz}
-    found = deps.find(
-        str(workspace), debian.intersection, DEBIAN.intersection, {"gazebo_ros", "cv_bridge"}
-    )
+    found = find(workspace, *image, *rviz)
     assert found.missing["image_transport"] == image
     assert found.launched == {"move_base": [], "rviz": rviz, "their_arm": []}
     assert deps.page(found)[-4:] == [
@@ -119,40 +120,34 @@ def test_cpp_needs_the_headers_that_a_stand_in_lacks(workspace, debians_ros):
     (car / "CMakeLists.txt").write_text("find_package(catkin REQUIRED COMPONENTS cv_bridge)\n")
     names = deps.resolve(["cv_bridge"])["cv_bridge"]
     assert "libcv-bridge-dev" in names
-    known = INSTALLABLE | set(names)
-
-    def found():
-        return deps.find(
-            str(workspace), known.intersection, DEBIAN.intersection, {"gazebo_ros", "cv_bridge"}
-        )
-
     (car / "eye.py").write_text("import cv_bridge\n")
-    assert "cv_bridge" in found().paddock and "cv_bridge" not in found().missing
+    found = find(workspace, *names)
+    assert "cv_bridge" in found.paddock and "cv_bridge" not in found.missing
     (car / "eye.cpp").write_text("#include <cv_bridge/cv_bridge.h>\n")
-    assert found().missing["cv_bridge"] == names and "cv_bridge" not in found().paddock
+    found = find(workspace, *names)
+    assert found.missing["cv_bridge"] == names and "cv_bridge" not in found.paddock
 
 
-@pytest.mark.parametrize(
-    "condition, stands",
-    [
-        ("", True),
-        ("$ROS_VERSION == 1", True),
-        ("$ROS_VERSION != '1'", False),
-        ("$ROS_PYTHON_VERSION == 2", False),  # wxpython, python-qt5-bindings ... of smach_viewer
-        ('$ROS_PYTHON_VERSION == "3"', True),
-        ("($ROS_DISTRO == noetic or $ROS_DISTRO == melodic) and $ROS_PYTHON_VERSION >= 3", True),
-        ("$ROS_DISTRO &lt; kinetic", False),
-        ("$NO_SUCH_NAME == 1", False),
-        ("$ROS_VERSION ==", True),  # catkin names it
-    ],
-)
-def test_conditions_of_dependencies(tmp_path, condition, stands):
-    escaped = condition.replace('"', "&quot;")
+CONDITIONS = {
+    "": True,
+    "$ROS_VERSION == 1": True,
+    "$ROS_VERSION != '1'": False,
+    "$ROS_PYTHON_VERSION == 2": False,  # wxpython, python-qt5-bindings ... of smach_viewer
+    "$ROS_PYTHON_VERSION == &quot;3&quot;": True,
+    "($ROS_DISTRO == noetic or $ROS_DISTRO == melodic) and $ROS_PYTHON_VERSION >= 3": True,
+    "$ROS_DISTRO &lt; kinetic": False,
+    "$NO_SUCH_NAME == 1": False,
+    "$ROS_VERSION ==": True,  # catkin names it
+}
+
+
+def test_conditions_of_dependencies(tmp_path):
+    asked = [f'<depend condition="{text}">b{n}</depend>' for n, text in enumerate(CONDITIONS)]
     manifest = tmp_path / "package.xml"
-    manifest.write_text(
-        f'<package format="3"><name>a</name><depend condition="{escaped}">b</depend></package>'
-    )
-    assert deps.read_manifest(str(manifest)) == ("a", {"b": ["depend"]} if stands else {})
+    manifest.write_text(f'<package format="3"><name>a</name>{"".join(asked)}</package>')
+    name, wanted = deps.read_manifest(str(manifest))
+    assert name == "a"
+    assert wanted == {f"b{n}": ["depend"] for n, stands in enumerate(CONDITIONS.values()) if stands}
 
 
 def test_names_of_debian():
@@ -160,9 +155,7 @@ def test_names_of_debian():
     text = paths.read(deps.OUR_LIST)
     ours = deps.resolve(re.findall(r"(?m)^([\w.-]+):", text))
     known = deps.existing({choice for choices in ours.values() for choice in choices})
-    assert len(ours) > 30 and not {
-        name for name, choices in ours.items() if not known & set(choices)
-    }
+    assert len(ours) > 30 and all(known & set(choices) for choices in ours.values())
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
     assert of_a_sourced_ros["tf"] == [] and of_a_sourced_ros["eigen"] == ["libeigen3-dev"]
 
@@ -172,16 +165,11 @@ def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path)
     lookup = {"HOME": str(tmp_path), "ROS_HOME": str(home), "PATH": "/usr/bin:/bin"}
     (home / "rosdep" / "sources.cache").mkdir(parents=True)
     (home / "rosdep" / "sources.cache" / "index").write_text("yaml file:///mine.yaml \n")
-    pickled = (
-        home / "rosdep" / "sources.cache" / f"{hashlib.sha1(b'file:///mine.yaml').hexdigest()}"
-    )
+    cached = f"{hashlib.sha1(b'file:///mine.yaml').hexdigest()}.pickle"
     rules = {"my_lib": {"debian": ["my-lib"]}, "eigen": {"debian": ["no-eigen"]}}
-    pickled.with_suffix(".pickle").write_bytes(pickle.dumps(rules, 2))
-    done = subprocess.run(
-        ["/usr/bin/python3", "-I", deps.LOOKUP, "bookworm", deps.OUR_LIST, deps.ROSDEPS_LIST],
-        input=json.dumps(["my_lib", "eigen", "nowhere"]),
-        env=lookup, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    (home / "rosdep" / "sources.cache" / cached).write_bytes(pickle.dumps(rules, 2))
+    words = "/usr/bin/python3", "-I", deps.LOOKUP, "bookworm", deps.OUR_LIST, deps.ROSDEPS_LIST
+    done = ran(*words, input=json.dumps(["my_lib", "eigen", "nowhere"]), env=lookup)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {"my_lib": ["my-lib"], "eigen": ["libeigen3-dev"]}
 
@@ -200,14 +188,13 @@ def test_a_pipe_and_folders_that_lead_into_themselves(tmp_path):
         deps.find_manifests(str(tmp_path))
 
 
-def test_what_is_no_package_xml(tmp_path):
-    with pytest.raises(UsageError, match="there is no package.xml at or below"):
-        deps.find_manifests(str(tmp_path))
-    path = tmp_path / "package.xml"
-    for text, sentence in (("<a", "is not XML"), ("<package/>", "has no <package> with a <name>")):
-        path.write_text(text)
-        with pytest.raises(UsageError, match=sentence):
-            deps.read_manifest(str(path))
+@pytest.mark.parametrize("text, sentence", [
+    ("<a", "is not XML"), ("<package/>", "has no <package> with a <name>"),
+])  # fmt: skip
+def test_what_is_no_package_xml(tmp_path, text, sentence):
+    (tmp_path / "package.xml").write_text(text)
+    with pytest.raises(UsageError, match=sentence):
+        deps.read_manifest(str(tmp_path / "package.xml"))
 
 
 def test_apt_and_dpkg_are_asked():

@@ -1,32 +1,20 @@
 """Two ./run at once: one fills a folder of results, one brings a simulator to a master."""
 
-import contextlib
 import json
 import os
 import signal
 import socket
 import subprocess
 import sys
+from contextlib import nullcontext, suppress
 
 import pytest
 from run_rig import PATIENCE, ROOT
 
-from commands import environment, launching, locks, parsing, processes
+from commands import cli, environment, launching, locks, processes
 from commands.bootstrap import venv
 from commands.errors import CommandError, UsageError
-from commands.subcommands import (
-    bench,
-    demo,
-    docs,
-    drive,
-    evaluate,
-    lap,
-    sweep,
-    train,
-    truck,
-    web,
-    world,
-)
+from commands.subcommands import docs
 
 HOLDER = """
 import os, sys
@@ -71,31 +59,23 @@ WRITING = "another ./run is writing to out"
 STARTING = "a simulator is being started on http://127.0.0.1:1"
 
 
-@pytest.mark.parametrize(
-    "module, words, reason",
-    [
-        (lap, [], f"{WRITING}/lap"),
-        (demo, [], WRITING),
-        (truck, ["--back", "arc"], f"{WRITING}/back_arc"),
-        (train, ["mine"], f"{WRITING}/train/mine"),
-        (evaluate, ["a.onnx"], f"{WRITING}/evaluate/a"),
-        (sweep, ["a.yaml"], f"{WRITING}/sweep/a"),
-        (bench, None, f"{WRITING}/bench"),
-        (web, [], STARTING),
-        (world, [], STARTING),
-        (truck, [], STARTING),
-        (drive, ["track:=easy"], STARTING),
-    ],
-)
-def test_the_second_of_two_at_once_is_refused(second, module, words, reason):
+@pytest.mark.parametrize("line, reason", [
+    ("lap", f"{WRITING}/lap"),
+    ("demo", WRITING),
+    ("truck --back arc", f"{WRITING}/back_arc"),
+    ("train mine", f"{WRITING}/train/mine"),
+    ("evaluate a.onnx", f"{WRITING}/evaluate/a"),
+    ("sweep a.yaml", f"{WRITING}/sweep/a"),
+    ("bench", f"{WRITING}/bench"),
+    ("web", STARTING),
+    ("world", STARTING),
+    ("truck", STARTING),
+    ("track:=easy", STARTING),
+])  # fmt: skip
+def test_the_second_of_two_at_once_is_refused(second, line, reason):
     """They had filled one folder, or ended each other's simulator without a word."""
     with pytest.raises(CommandError) as error:
-        if words is None:
-            module.run([])
-        else:
-            name = module.__name__.rpartition(".")[2]
-            options, rest = parsing.parser_of(name, module).parse_known_args(words)
-            module.run(options, rest)
+        cli.dispatch(line.split())
     assert str(error.value) == reason and error.value.advice and second == []
 
 
@@ -104,9 +84,8 @@ def test_the_settings_of_a_policy_name_no_other_folder(second, monkeypatch, tmp_
     (tmp_path / "settings.json").write_text(json.dumps({"name": name}))
     taken = []
     monkeypatch.setattr(locks, "take_results", taken.append)
-    options = parsing.parser_of("evaluate", evaluate).parse_args(["a.onnx"])
     try:
-        evaluate.run(options, [])
+        cli.dispatch(["evaluate", "a.onnx"])
     except UsageError as error:
         assert f"name is {str(name)!r}" in str(error)
     else:
@@ -120,7 +99,7 @@ def test_a_port_of_the_site_that_is_taken():
         other.listen()
         port = other.getsockname()[1]
         with pytest.raises(CommandError, match=f"cannot listen on port {port}: Address already"):
-            docs.run(parsing.parser_of("docs", docs).parse_args(["--port", str(port)]), [])
+            cli.dispatch(["docs", "--port", str(port)])
         assert locks.listen(None, docs.PORTS).getsockname()[1] in docs.PORTS
 
 
@@ -134,10 +113,10 @@ def test_a_user_is_shown_the_site_of_the_clone_s_owner(monkeypatch, tmp_path):
     monkeypatch.setattr(docs.processes, "become_module", lambda *words: became.append(words))
     with socket.socket() as other:
         other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        with contextlib.suppress(OSError):  # another program's
+        with suppress(OSError):  # another program's
             other.bind(("127.0.0.1", port))
             other.listen()
-        docs.run(parsing.parser_of("docs", docs).parse_args([]), [])
+        cli.dispatch(["docs"])
     [(_, words, _)] = became
     assert str(tmp_path) in words and int(words[-1]) in docs.PORTS[1:]
 
@@ -150,12 +129,8 @@ def test_a_page_that_another_run_starts_is_not_ended(second, monkeypatch, comes,
     monkeypatch.setattr(launching, "page_runs", lambda environ: next(looks, comes))
     monkeypatch.setattr(launching, "PAGE_START", 0.5)
     monkeypatch.setattr(launching, "become", lambda *words: second.append(words))
-    options, rest = parsing.parser_of("web", web).parse_known_args([])
-    if comes:
-        with pytest.raises(CommandError, match="has a page already"):
-            web.run(options, rest)
-    else:
-        web.run(options, rest)
+    with pytest.raises(CommandError, match="has a page already") if comes else nullcontext():
+        cli.dispatch(["web"])
     assert len(second) == started
 
 

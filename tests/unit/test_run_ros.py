@@ -3,12 +3,11 @@
 import os
 import pathlib
 import shutil
-import subprocess
 
 import pytest
 import ros_rig
 import run_rig
-from run_rig import ROOT, run
+from run_rig import ROOT, make_package, ran, run
 
 from commands import environment
 from commands.bootstrap import ros, workspace
@@ -83,38 +82,33 @@ def test_other_systems_get_debians_ros(tmp_path, os_release):
     assert system.installed() == sorted(rest) and " update\n" not in system.calls.read_text()
 
 
-def test_of_alternatives_the_first_that_apt_knows(tmp_path):
-    system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "some.txt").write_text("new|old\nnewer|newest # why\nplain\n")
-    some = ("--packages", "some.txt", "4")
-    done = system.use_python().run(*some, KNOWN="old newer newest plain")
-    assert "[1/4] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
-    assert system.installed() == ["newer", "old", "plain"]
-    system.calls.unlink()
-    system.run(*some, KNOWN="old newer newest plain")
-    assert system.installed() is None
+SOME = "new|old\nnewer|newest # why\nplain\n"
+UBUNTUS = "onnx  !focal  # PyPI's there\nother # not !focal\n"
 
 
-@pytest.mark.parametrize("known, installed", [("new old", ["new"]), ("old", None), ("", None)])
-def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_it(
-    tmp_path, known, installed
-):
-    """python3-xlib, which many desktops have, is no reason to go without python3-pynput."""
-    system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "some.txt").write_text("new|old\n")
-    system.use_python().run("--packages", "some.txt", "4", KNOWN=known, INSTALLED="old")
+@pytest.mark.parametrize("codename, text, known, there, installed", [
+    ("bookworm", SOME, "old newer newest plain", "", ["newer", "old", "plain"]),
+    # python3-xlib, which many desktops have, is no reason to go without python3-pynput.
+    ("bookworm", "new|old\n", "new old", "old", ["new"]),
+    ("bookworm", "new|old\n", "old", "old", None),
+    ("bookworm", "new|old\n", "", "old", None),
+    ("focal", UBUNTUS, "", "", ["other"]),
+    ("jammy", UBUNTUS, "", "", ["onnx", "other"]),
+])  # fmt: skip
+def test_what_a_list_names_is_installed_once(tmp_path, codename, text, known, there, installed):
+    release, environ = DEBIAN.format(12), {"KNOWN": known, "INSTALLED": there}
+    if codename != "bookworm":  # refused without a ROS of one's own
+        release = UBUNTU.format("20.04", codename)
+        one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
+        environ.update(ros_rig.sourced(one, {}))
+    system = ros_rig.System(tmp_path, release).use_python()
+    (system.root / "config" / "some.txt").write_text(text)
+    done = system.run("--packages", "some.txt", "4", **environ)
     assert system.installed() == installed
-
-
-@pytest.mark.parametrize("codename, wanted", [("focal", ["other"]), ("jammy", ["onnx", "other"])])
-def test_what_a_release_of_ubuntu_has_not_is_not_asked_for(tmp_path, codename, wanted):
-    system = ros_rig.System(tmp_path, UBUNTU.format("20.04", codename))
-    (system.root / "config" / "some.txt").write_text(
-        "onnx  !focal  # PyPI's there\nother # not !focal\n"
-    )
-    one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
-    system.use_python().run("--packages", "some.txt", "4", **ros_rig.sourced(one, {}))
-    assert system.installed() == wanted
+    assert (f"[1/4] {len(installed or '')} Debian packages done" in done.stdout) == bool(installed)
+    system.calls.unlink(missing_ok=True)
+    system.run("--packages", "some.txt", "4", **environ)
+    assert system.installed() is None
 
 
 def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
@@ -218,8 +212,7 @@ def test_what_a_ros_lacks(found, tmp_path, capsys):
         "with Debian's ROS"
     )
     for name in ("tf2_ros", "cv_bridge"):
-        (one / "share" / name).mkdir()
-        (one / "share" / name / "package.xml").write_text("")
+        make_package(one / "share" / name, name)
     capsys.readouterr()
     ros.check()
     assert f"{one} lacks rviz: what needs that will not start\n" in capsys.readouterr().out
@@ -242,17 +235,11 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
     before = {path: path.stat().st_mtime_ns for path in noetic.rglob("*")}
 
     def found(environ):
-        done = subprocess.run(
-            [*shell, f". '{noetic}/setup.bash' && exec env -0"], env=environ, check=True,
-            capture_output=True, text=True,
-        )  # fmt: skip
+        done = ran(*shell, f". '{noetic}/setup.bash' && exec env -0", env=environ)
         there = dict(entry.split("=", 1) for entry in done.stdout.split("\0")[:-1])
         ours = environment.activated(dict(there))
-        find = [shutil.which("rospack"), "find", "gazebo_ros"]
-        return [
-            subprocess.run(find, env=each, check=True, capture_output=True, text=True).stdout
-            for each in (there, ours)
-        ]
+        find = shutil.which("rospack"), "find", "gazebo_ros"
+        return [ran(*find, env=each).stdout for each in (there, ours)]
 
     plain = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
     if "LD_LIBRARY_PATH" in os.environ:  # of the rospack of a ROS that is not Debian's
@@ -265,9 +252,7 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
     standins = tmp_path / "standins"
     for name in ("joy", "xacro", "control_msgs", "gazebo_ros", "roslint"):
-        (standins / name).mkdir(parents=True)
-        text = f"<package><name>{name}</name></package>"
-        (standins / name / "package.xml").write_text(text)
+        make_package(standins / name, name)
     (standins / "control_msgs" / "CATKIN_IGNORE").write_text("")  # somebody's own
     (standins / "README.md").write_text("")
     monkeypatch.setattr(workspace, "STANDINS", str(standins))

@@ -1,11 +1,10 @@
 """A clone that belongs to another user: its commands work, and write into the user's folders."""
 
 import os
-import subprocess
 
 import mounted_root
 import pytest
-from run_rig import PATIENCE, ROOT
+from run_rig import ROOT, ran, run
 
 OWN = ("XDG_CACHE_HOME", "XDG_STATE_HOME", "XDG_DATA_HOME", "ROS_HOME", "ROS_LOG_DIR")
 
@@ -20,10 +19,8 @@ def read_only(folder):
 def reader(home, *words, **extra):
     """Runs a command of ./run as a user with a home; returns subprocess.CompletedProcess."""
     environ = {name: value for name, value in os.environ.items() if name not in OWN}
-    return subprocess.run(
-        [*read_only(home), str(ROOT / "run"), *words], cwd=home, capture_output=True, text=True,
-        env={**environ, "HOME": str(home), **extra}, timeout=PATIENCE,
-    )  # fmt: skip
+    return ran(*read_only(home), ROOT / "run", *words, cwd=home,
+               env={**environ, "HOME": str(home), **extra})  # fmt: skip
 
 
 def test_its_logs_are_in_the_users_folder(tmp_path):
@@ -52,17 +49,13 @@ def test_what_its_owner_has_not_installed_is_named(tmp_path):
             venv.prepare_extras('gym', 'test')
         except CommandError as error:
             print(error)"""
-    done = subprocess.run(
-        [*read_only(tmp_path), "/usr/bin/python3", "-c", code],
-        cwd=tmp_path, capture_output=True, text=True,
-        env={"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": str(tmp_path)},
-    )  # fmt: skip
+    environ = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": str(tmp_path)}
+    done = ran(*read_only(tmp_path), "/usr/bin/python3", "-c", code, cwd=tmp_path, env=environ)
     assert done.stdout.endswith("who has to type there: ./run setup --with test\n"), done.stderr
 
 
 def test_version_tells_the_commit(tmp_path):
-    mine = subprocess.run([str(ROOT / "run"), "version"], capture_output=True, text=True)
-    assert reader(tmp_path, "version").stdout == mine.stdout
+    assert reader(tmp_path, "version").stdout == run("version").stdout
 
 
 def test_its_results_are_the_users(tmp_path):

@@ -2,10 +2,9 @@
 
 import os
 import shutil
-import subprocess
 
 import pytest
-from run_rig import NOISE, PATIENCE, ROOT, run
+from run_rig import NOISE, ROOT, make_package, program, ran, run
 
 SHELLS = {"bash": ["bash", "--norc", "-c"], "zsh": ["zsh", "-f", "-c"]}
 PLAIN = {"PATH": "/opt/it's mine:/usr/bin:/bin", "HOME": "/tmp", "PYTHONHOME": ""}
@@ -14,10 +13,7 @@ PLAIN = {"PATH": "/opt/it's mine:/usr/bin:/bin", "HOME": "/tmp", "PYTHONHOME": "
 def sourced(shell, environ, folder, then):
     """Sources setup.bash in a shell and runs something in it."""
     script = f"source '{ROOT}/setup.bash' && {then}"
-    return subprocess.run(
-        [*SHELLS[shell], script], env=environ, cwd=folder, timeout=PATIENCE, check=False,
-        capture_output=True, text=True,
-    )  # fmt: skip
+    return ran(*SHELLS[shell], script, env=environ, cwd=folder)
 
 
 @pytest.mark.parametrize("shell", SHELLS)
@@ -27,7 +23,7 @@ def test_the_environment_is_that_of_exec(shell, tmp_path):
     found = dict(entry.split("=", 1) for entry in done.stdout.split("\0")[:-1])
     expected = run("exec", "/usr/bin/env", "-0", env=PLAIN).stdout.split("\0")[:-1]
     expected = dict(entry.split("=", 1) for entry in expected)
-    plain = subprocess.run([*SHELLS[shell], "env"], env=PLAIN, capture_output=True, text=True)
+    plain = ran(*SHELLS[shell], "env", env=PLAIN)
     shells_own = {line.split("=", 1)[0] for line in plain.stdout.splitlines()}
     for name in {*found, *expected} - {*NOISE, "ROS_LOCATIONS"}:
         if name in expected or name not in shells_own:
@@ -45,14 +41,7 @@ def test_twice_is_once_and_roscd_is_there(shell, tmp_path):
 
 
 def test_a_workspace_elsewhere_is_chained(tmp_path):
-    package = tmp_path / "src" / "my_car"
-    package.mkdir(parents=True)
-    (package / "package.xml").write_text(
-        '<package format="2"><name>my_car</name><version>1.0.0</version>'
-        "<description>Mine</description><license>BSD</license>"
-        '<maintainer email="me@example.org">Me</maintainer>'
-        "<buildtool_depend>catkin</buildtool_depend><depend>ackermann_msgs</depend></package>\n"
-    )
+    package = make_package(tmp_path / "src" / "my_car", "my_car", "ackermann_msgs")
     (package / "CMakeLists.txt").write_text(
         "cmake_minimum_required(VERSION 3.10)\nproject(my_car)\n"
         "find_package(catkin REQUIRED COMPONENTS ackermann_msgs)\ncatkin_package()\n"
@@ -74,29 +63,22 @@ def test_somebody_who_cannot_write_into_the_clone_sources_it(tmp_path):
     for folder in (*tmp_path.parents[:3], tmp_path):
         os.chmod(folder, 0o755)
     becomes = ["setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups"]
-    if subprocess.run([*becomes, "test", "-r", f"{ROOT}/run"], check=False).returncode != 0:
+    if ran(*becomes, "test", "-r", f"{ROOT}/run").returncode != 0:
         pytest.skip("the clone is in a folder that nobody else may enter")
     environ = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path / "home")}
     script = f"source '{ROOT}/setup.bash' && rospack find track_model && echo [$ROS_LOG_DIR]"
-    done = subprocess.run(
-        [*becomes, *SHELLS["bash"], script], env=environ, cwd=tmp_path, timeout=PATIENCE,
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+    done = ran(*becomes, *SHELLS["bash"], script, env=environ, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     logs = f"[{tmp_path}/home/.local/state/paddock/ros]"
     assert done.stdout.split() == [f"{ROOT}/src/track_model", logs]
-    refused = subprocess.run(
-        [*becomes, f"{ROOT}/run", "setup"], env=environ, timeout=PATIENCE, check=False,
-        capture_output=True, text=True,
-    )  # fmt: skip
+    refused = ran(*becomes, f"{ROOT}/run", "setup", env=environ)
     assert refused.returncode == 1 and "belongs to another user" in refused.stderr
 
 
 def test_a_set_up_that_fails_is_not_hidden(tmp_path):
     (tmp_path / "setup.bash").write_text((ROOT / "setup.bash").read_text())
     (tmp_path / ".venv").mkdir()
-    (tmp_path / "run").write_text("#!/bin/sh\necho export BROKEN=1\nexit 3\n")
-    (tmp_path / "run").chmod(0o755)
+    program(tmp_path / "run", "#!/bin/sh\necho export BROKEN=1\nexit 3\n")
     script = f"source '{tmp_path}/setup.bash'; echo $? $BROKEN."
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=PATIENCE)
+    done = ran("bash", "-c", script)
     assert done.stdout == "1 .\n"

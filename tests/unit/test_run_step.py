@@ -42,15 +42,12 @@ sys.exit(cli.main([]))
 """
 
 
-def beside(folder, *steps):
+def beside(folder, *steps, script=BESIDE):
     """Starts steps, given as (number, title, programs, *promises)."""
     return subprocess.Popen(
-        [sys.executable, "-c", BESIDE, str(ROOT), str(folder), json.dumps(steps)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=usual_signals,
-    )
+        [sys.executable, "-c", script, str(ROOT), str(folder), json.dumps(steps)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=usual_signals,
+    )  # fmt: skip
 
 
 def start(folder, program):
@@ -129,18 +126,7 @@ def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
     gate = tmp_path / "gate"
     os.mkfifo(gate)
     program = f"print('here', flush=True); open({str(gate)!r}).read()"
-    process = subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            LOCKED,
-            str(ROOT),
-            str(tmp_path),
-            json.dumps([(1, "Probe", [program])]),
-        ],
-        stdout=subprocess.DEVNULL,
-        preexec_fn=usual_signals,
-    )
+    process = beside(tmp_path, (1, "Probe", [program]), script=LOCKED)
     log, end = tmp_path / "probe.log", time.monotonic() + PATIENCE
     while not (log.exists() and log.read_text() == "here\n"):
         assert process.poll() is None and time.monotonic() < end
@@ -184,12 +170,9 @@ def test_a_step_that_fails_ends_those_beside_it(tmp_path):
         (1, "Speaking", [f"import time; time.sleep(1.5); open({str(ended)!r}, 'w')"], "late"),
         (2, "Long", [f"import time; open({str(started)!r}, 'w'); time.sleep(1e4)"]),
         (2, "Waiting", ["late", "print( 1)"]),
-        (
-            2,
-            "Failing",
-            [f"import os, sys\nwhile not os.path.exists({str(started)!r}): pass\nsys.exit('no')"],
-        ),
-    )
+        (2, "Failing", [f"import os, sys\nwhile not os.path.exists({str(started)!r}): pass\n"
+                        "sys.exit('no')"]),
+    )  # fmt: skip
     said, wrong = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1 and ended.exists()
     assert "[2/2] Long stopped\n" in said and "Waiting" not in said

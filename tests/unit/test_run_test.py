@@ -3,7 +3,6 @@
 import os
 
 import pytest
-from run_rig import run
 
 from commands.subcommands import test as command
 
@@ -30,13 +29,6 @@ from commands.subcommands import test as command
 def test_options(monkeypatch, arguments, words, filters):
     monkeypatch.setattr(command, "cores", lambda: 2)
     assert command.options(arguments) == (words, filters)
-
-
-@pytest.mark.parametrize("text", ["0", "two", "-1", "1.5", ""])
-def test_a_number_of_processes_that_cannot_be(text):
-    done = run("test", f"--jobs={text}", "circle")
-    assert done.returncode == 2
-    assert f"N is {text!r}; it must be a whole number, 1 or more" in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

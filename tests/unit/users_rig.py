@@ -27,6 +27,12 @@ def git(folder, *words):
     subprocess.run(["git", *named, *words], cwd=folder, check=True, capture_output=True)
 
 
+def commit(folder):
+    """Commits all that is in a folder."""
+    git(folder, "add", ".")
+    git(folder, "commit", "-q", "-m", "all")
+
+
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
     """A folder with a bare clone, thing.git (branches main and noetic), and archives of packed."""
@@ -35,14 +41,12 @@ def sources(tmp_path_factory):
     work.mkdir()
     git(work, "init", "-q", "-b", "main")
     (work / "README").write_text("other branch\n")
-    git(work, "add", ".")
-    git(work, "commit", "-q", "-m", "first")
+    commit(work)
     git(work, "checkout", "-q", "-b", "noetic")
     for name in ("package.xml", "CMakeLists.txt"):
         text = MANIFEST if name == "package.xml" else CMAKE
         (work / name).write_text(text.format("thing"))
-    git(work, "add", ".")
-    git(work, "commit", "-q", "-m", "second")
+    commit(work)
     git(folder, "clone", "-q", "--bare", "work", "thing.git")
     packed = folder / "packed-noetic"
     packed.mkdir()
