@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 from run_rig import Like
-from test_check_verdict import changed
 
-from commands import check_log, check_python, check_roslaunch, check_verdict
+from commands import check_log, check_python, check_roslaunch
 
 
 @pytest.mark.parametrize(
@@ -88,15 +87,11 @@ NO_SCREEN = [
     ],
 )  # fmt: skip
 def test_a_node_that_died_has_its_own_reason(tmp_path, said, why):
-    (node,) = read(tmp_path, brake=(1, said), other=(0, RAISED.format("OSError: x")))["died"]
+    nodes = {"brake": (1, said), "other": (0, RAISED.format("OSError: x")), "again": (8, "x")}
+    node, again = read(tmp_path, **nodes)["died"]
     assert (node["name"], node["program"], node["times"]) == ("brake", "brake.py", 1)
+    assert (again["name"], again["times"], again["why"]) == ("again", 8, "x")
     assert node["why"] == Like(why) and node["screen"] == (why in NO_SCREEN)
-
-
-def test_a_node_that_is_started_again_is_told_once(tmp_path):
-    found = read(tmp_path, watcher=(8, "[ERROR] [1.0]: x\n" * 8))
-    text = "node watcher (watcher.py) died with exit code 1, 8 times: x"
-    assert check_verdict.problems(changed(died=found["died"])) == [text]
 
 
 def test_each_node_writes_to_a_file_of_its_own(tmp_path):

@@ -1,6 +1,5 @@
 """./run add: the lists of sources, what is taken from a folder, and a clone that it fills."""
 
-import argparse
 import re
 import shutil
 import signal
@@ -14,7 +13,7 @@ import yaml
 from run_rig import PATIENCE, make_package, program, run
 from users_rig import commit, git
 
-from commands import repositories
+from commands import cli, repositories
 from commands import sources as repos
 from commands.bootstrap import workspace
 from commands.errors import CommandError, Interrupted, UsageError
@@ -31,41 +30,29 @@ def test_the_index_is_complete():
         assert re.fullmatch(r"(https|git)://\S+", url)
 
 
-@pytest.mark.parametrize(
-    "name, places",
-    [
-        ("navigation", [("navigation", "noetic-devel", 16)]),
-        ("map_server", [("navigation", "noetic-devel", 1)]),
-        ("explore_lite", [("m-explore", "noetic-devel", 1)]),
-        ("libg2o", [("libg2o", "release/noetic/libg2o/2020.5.3-1", 0)]),  # has a release alone
-        ("turtlebot3", [("turtlebot3", "noetic", 7)]),  # the index names a branch that is gone
-        ("scout", [("ugv_gazebo_sim", "master", 3)]),  # is in no index
-    ],
-)
+@pytest.mark.parametrize("name, places", [
+    ("navigation", [("navigation", "noetic-devel", 16)]),
+    ("map_server", [("navigation", "noetic-devel", 1)]),
+    ("explore_lite", [("m-explore", "noetic-devel", 1)]),
+    ("libg2o", [("libg2o", "release/noetic/libg2o/2020.5.3-1", 0)]),  # has a release alone
+    ("turtlebot3", [("turtlebot3", "noetic", 7)]),  # the index names a branch that is gone
+    ("scout", [("ugv_gazebo_sim", "master", 3)]),  # is in no index
+    ("https://github.com/somebody/their_robot", [("their_robot", "", 0)]),
+    ("https://github.com/a/their_robot.git#noetic-devel", [("their_robot", "noetic-devel", 0)]),
+    ("git@github.com:somebody/robot.git", [("robot", "", 0)]),
+    ("file:///srv/git/robot/", [("robot", "", 0)]),
+])  # fmt: skip
 def test_where_a_name_has_its_sources(name, places):
     found = repos.repositories_of(name)
     assert [(each.name, each.version, len(each.only)) for each in found] == places
+    if ":" in name:
+        assert (found[0].kind, found[0].url) == ("git", name.partition("#")[0])
 
 
 def test_the_list_is_printed():
     done = run("add", "--list")
     assert done.returncode == 0 and "# Not in the index:\ncartographer git " in done.stdout
     assert re.search(r"\d+ repositories, \d+ packages\n$", done.stdout)
-
-
-@pytest.mark.parametrize(
-    "text, folder, version",
-    [
-        ("https://github.com/somebody/their_robot", "their_robot", ""),
-        ("https://github.com/somebody/their_robot.git#noetic-devel", "their_robot", "noetic-devel"),
-        ("git@github.com:somebody/robot.git", "robot", ""),
-        ("file:///srv/git/robot/", "robot", ""),
-    ],
-)
-def test_urls(text, folder, version):
-    (found,) = repos.repositories_of(text)
-    assert (found.name, found.kind, found.version) == (folder, "git", version)
-    assert found.url == text.partition("#")[0]
 
 
 def test_where_a_folder_has_a_repository(sources, tmp_path):
@@ -349,10 +336,7 @@ def test_two_at_once_wait_for_each_other(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(add.step, "SILENT", 0.0)
     asked = []
     monkeypatch.setattr(add, "add", lambda names, *_: asked.append(names))
-    options = argparse.Namespace(
-        list=False, refresh=False, names=["thing"], folder=None, users=None
-    )
-    second = threading.Thread(target=add.run, args=(options, []))
+    second = threading.Thread(target=cli.dispatch, args=(["add", "thing"],))
     with add.step.SetupLock(str(tmp_path / add.LOCK)):
         second.start()
         told, end = "", time.monotonic() + PATIENCE

@@ -62,11 +62,9 @@ def test_print_runs_nothing_and_needs_no_engine(machine, tmp_path):
 
 def test_what_the_image_has_is_what_the_lines_take():
     text = (ROOT / "Containerfile").read_text()
-    user, folder = (
-        "--shell /bin/bash paddock\n",
-        os.path.dirname(os.path.dirname(container.SOURCES)),
-    )
-    assert user in text and f"WORKDIR {folder}\n" in text and 'ENTRYPOINT ["./run"]' in text
+    folder = os.path.dirname(os.path.dirname(container.SOURCES))
+    for line in ("--shell /bin/bash paddock\n", f"WORKDIR {folder}\n", 'ENTRYPOINT ["./run"]'):
+        assert line in text
     lists = set(re.findall(r"apt[\w-]*\.txt", text))
     assert all((ROOT / "config" / name).is_file() for name in lists)
     small, desk = text.split("FROM ci AS desk")

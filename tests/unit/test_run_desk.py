@@ -1,6 +1,5 @@
 """./run desk: its arguments, what it hands on, its password, its port, its way into X."""
 
-import os
 import socket
 import stat
 import struct
@@ -11,43 +10,25 @@ from commands import locks, parsing
 from commands.errors import CommandError
 from commands.subcommands import desk
 
-
-def split(words):
-    """The options of the desk, and the command behind them."""
-    return parsing.split("desk", desk, words, "shows")
+DEFAULT = ("1600x900", None, False)
 
 
-def test_options_of_the_desk_stand_before_the_command():
-    words = ["lap", "--driver", "line", "--port", "7"]
-    options, command = split(["--size", "1280x720", "--share", "--port", "9000", *words])
-    assert (options.size, options.port, options.share) == ("1280x720", 9000, True)
-    assert command == words
-    options, command = split(["--size=800x600"])
-    assert (options.size, options.port, options.share, command) == ("800x600", None, False, [])
-    assert split(["track:=hard"])[1] == ["track:=hard"]
-
-
-@pytest.mark.parametrize(
-    "words, expected",
-    [
-        ([], []),
-        (["track:=hard"], ["track:=hard"]),
-        (["truck"], ["truck", "rviz:=true"]),
-        (["truck", "gui:=true"], ["truck", "gui:=true"]),
-        (["truck", "--back", "line"], ["truck", "--back", "line"]),
-        (["lap", "rviz:=false"], ["lap", "rviz:=false", "platform:=xcb"]),
-        (["lap"], ["lap", "rviz:=true", "platform:=xcb"]),
-        (["exec", "roslaunch", "a", "b.launch"], ["exec", "roslaunch", "a", "b.launch"]),
-    ],
-)
-def test_commands_without_a_window_show_rviz(words, expected):
-    assert desk.shown(words) == expected
-
-
-def test_the_password_comes_from_the_environment(monkeypatch):
-    monkeypatch.setenv("DESK_PASSWORD", "parking")
-    assert parsing.asked_password(*desk.PASSWORD) == "parking"
-    assert "DESK_PASSWORD" not in os.environ  # programs do not inherit it
+@pytest.mark.parametrize("line, own, shown", [
+    ("--size 1280x720 --share --port 9000 exec lap --port 7", ("1280x720", 9000, True),
+     "exec lap --port 7"),  # those of the desk stand before the command
+    ("--size=800x600", ("800x600", None, False), ""),
+    ("track:=hard", DEFAULT, "track:=hard"),
+    ("truck", DEFAULT, "truck rviz:=true"),  # commands without a window show rviz
+    ("truck gui:=true", DEFAULT, "truck gui:=true"),
+    ("truck --back line", DEFAULT, "truck --back line"),
+    ("lap rviz:=false", DEFAULT, "lap rviz:=false platform:=xcb"),
+    ("lap --driver line", DEFAULT, "lap --driver line rviz:=true platform:=xcb"),
+    ("exec roslaunch a b.launch", DEFAULT, "exec roslaunch a b.launch"),
+])  # fmt: skip
+def test_options_of_the_desk_and_what_it_shows(line, own, shown):
+    options, command = parsing.split("desk", desk, line.split(), "shows")
+    assert (options.size, options.port, options.share) == own
+    assert desk.shown(command) == shown.split()
 
 
 def test_the_first_free_port_is_taken_and_a_given_one_has_to_be_free():

@@ -2,7 +2,7 @@
 
 import pytest
 from environment_rig import PLAIN, SOURCE, by_run, variables
-from run_rig import ROOT, make_package, program, ran, run
+from run_rig import ROOT, Like, make_package, program, ran, run
 
 from commands.bootstrap import ros, workspace
 from commands.environment import LEFT_OUT
@@ -106,20 +106,16 @@ def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_p
     assert f"{wrong}/package.xml" in done.stderr and "ours is used" in done.stderr
 
 
-def test_output_is_the_commands_alone():
-    done = run("exec", "sh", "-c", "echo out; echo err >&2; exit 7")
-    assert (done.returncode, done.stdout, done.stderr) == (7, "out\n", "err\n")
-
-
-@pytest.mark.parametrize("command, status", [(["no-such-command"], 127), (["/etc/passwd"], 126)])
-def test_a_command_that_cannot_be_started(command, status):
-    done = run("exec", *command)
-    assert done.returncode == status and done.stderr.startswith(f"run: cannot run {command[0]!r}")
-
-
-def test_a_script_without_a_first_line_is_the_shells(tmp_path):
+@pytest.mark.parametrize("words, status, said, wrong", [
+    (["sh", "-c", "echo out; echo err >&2; exit 7"], 7, "out\n", "err\n"),
+    (["no-such-command"], 127, "", "run: cannot run 'no-such-command'..."),
+    (["/etc/passwd"], 126, "", "run: cannot run '/etc/passwd'..."),
+    (["./script", "a b"], 0, "a b\n", ""),  # a script without a first line is the shell's
+])  # fmt: skip
+def test_output_and_status_are_the_commands_alone(tmp_path, words, status, said, wrong):
     program(tmp_path / "script", 'echo "$1"\n')
-    assert run("exec", tmp_path / "script", "a b").stdout == "a b\n"
+    done = run("exec", *words, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (status, said, Like(wrong))
 
 
 def test_a_closed_pipe_ends_a_command_silently():

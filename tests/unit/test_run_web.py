@@ -1,5 +1,7 @@
 """./run web and ./run replay: their arguments, what they start, the password."""
 
+import os
+
 import pytest
 
 from commands import cli, environment, launching, locks, processes
@@ -40,7 +42,7 @@ def test_a_shared_page_has_a_password(started, monkeypatch):
     cli.dispatch(["web", "--share"])
     ((_, words, environ),) = started
     assert words[-1] == "share:=true" and environ[web.PASSWORD] == "parking lot"
-    assert not any("parking" in word for word in words)
+    assert not any("parking" in word for word in words) and web.PASSWORD not in os.environ
 
 
 def test_a_replay_gets_whole_paths(started, tmp_path, monkeypatch):
