@@ -14,25 +14,20 @@ from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, make_package, program, ran, usual_signals
 from testing import ros_master
 
-from commands import environment, launching
+from commands import cli, environment, launching
 from commands.errors import CommandError, UsageError
 from commands.launching import LaunchFile
 from commands.paths import PROGRAMS
+from commands.subcommands import truck, web
+from commands.table import COMMANDS, DEFAULT
 
-FILES = [
-    ("deepracer_teleop", "drive.launch"),
-    ("deepracer_teleop", "demo.launch"),
-    ("deepracer_teleop", "lap.launch"),
-    ("deepracer_teleop", "teleop.launch"),
-    ("track_model", "world.launch"),
-    ("cybertruck", "truck.launch"),
-    ("cybertruck", "back_demo.launch"),
-]
+MODULES = map(cli.subcommand, (DEFAULT, *COMMANDS))
+LAUNCHES = [truck.BACK, web.BESIDE, *filter(None, (vars(each).get("LAUNCH") for each in MODULES))]
 
 
-@pytest.mark.parametrize("package, name", FILES)
-def test_arguments_are_those_that_roslaunch_knows(package, name):
-    launch = LaunchFile(package, name)
+@pytest.mark.parametrize("launch", LAUNCHES, ids=lambda launch: launch.name)
+def test_arguments_are_those_that_roslaunch_knows(launch):
+    launch = LaunchFile(launch.package, launch.name)  # without what commands set themselves
     assert set(launch.arguments()) == set(arg_dump.get_args([launch.path]))
 
 
