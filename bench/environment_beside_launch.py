@@ -12,6 +12,7 @@ over ROS alone: what they do to the simulation is a difference.
 
 import argparse
 import contextlib
+import math
 import os
 import shlex
 import signal
@@ -27,6 +28,8 @@ import numpy as np
 
 LIMIT = 180.0  # wall time until the graph is up, and for a message [s]
 LATE = 5.0  # wall time for a message that a step has sent already [s]
+STARTS = 30.0  # longest wall time for other nodes of the launch file to join the graph [s]
+QUIET = 1.0  # wall time without a change of the graph after which they all have joined [s]
 PERIOD = 0.1  # of an action [s]
 CONSTANT = 30  # actions with the constant command
 MOVES = 1e-3  # least way [m] or change of a joint [rad, m] under the constant command
@@ -142,7 +145,7 @@ class Topic:
         """Compare the last messages, if the environment has a new one."""
         stamp, seen = self._env.stamp(self.name), self._observation()
         self.changes |= not np.array_equal(seen, self._first, equal_nan=True)
-        if stamp == self._stamp or self.differs:
+        if math.isnan(stamp) or stamp == self._stamp or self.differs:
             return
         self._stamp, end, got = stamp, time.monotonic() + LATE, None
         while time.monotonic() < end:
@@ -244,6 +247,27 @@ def wait_up(graph, env):
             return all(state.get(name) == "running" for name in names)
 
         graph.wait(running, f"the controllers {', '.join(sorted(names))} of '{namespace}'")
+
+
+def wait_joined():
+    """Wait until the launch file's other nodes are on the graph with their topics.
+
+    What is no node of ROS, or takes longer than STARTS, is not waited for: it need not ever join.
+    """
+    import rosgraph
+    from roslaunch.netapi import list_processes
+
+    master = rosgraph.Master("/environment_beside_launch_waits")
+    end, known, changed = time.monotonic() + STARTS, None, 0.0
+    while time.monotonic() < end:
+        state = master.getSystemState()
+        nodes = {node.lstrip("/") for kind in state for _, names in kind for node in names}
+        running = {each.name.rpartition("-")[0] for each in list_processes() if each.is_alive}
+        if state != known:
+            known, changed = state, time.monotonic()
+        elif running - {""} <= nodes and time.monotonic() - changed > QUIET:
+            return
+        time.sleep(0.05)
 
 
 class Both:
@@ -350,6 +374,7 @@ def run(words, actions, alone, action):
         graph.wait(rosgraph.is_master_online, "the master")
         rospy.init_node("environment_beside_launch", anonymous=True, disable_signals=True)
         wait_up(graph, env)
+        wait_joined()
         both = Both(env, graph)
         env.action_space.seed(5)
         for _ in range(actions):

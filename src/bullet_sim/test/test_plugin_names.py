@@ -20,6 +20,7 @@ FORCE_MOVES = ("gazebo_ros_force_based_move", "nexus_ros_force_based_move")
 SHARED = {
     "gazebo_ros_diff_drive": ("gazebo_ros_utils",),
     "gazebo_ros_tricycle_drive": ("gazebo_ros_utils",),
+    "gazebo_ros_kobuki": ("gazebo_ros_utils",),
     "hector_servo_plugin": ("servo_plugin",),
     "WheelSlipPlugin": ("gazebo_ros_wheel_slip",),
     "gazebo_ros_harness": ("HarnessPlugin",),

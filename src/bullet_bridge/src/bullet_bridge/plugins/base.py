@@ -179,13 +179,25 @@ class Transforms:
         return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
 
 
+class Unsent:
+    """In place of what sends on a topic that is left out."""
+
+    def has_subscribers(self) -> bool:
+        """It has none."""
+        return False
+
+    def send(self, _time: float, *_values: Any, **_options: Any) -> None:
+        """Send nothing."""
+
+
 class ModelPlugin(RosPart, parts.Part):
     """A Part with topics in ROS."""
 
-    CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
+    CACHE: ClassVar[tuple[str, ...]] = ("_endpoints", "_lacking")
 
     def __init__(self, context: PluginContext) -> None:
         RosPart.__init__(self, context.received)
+        self._lacking: dict[str, list[str]] = {}  # package of messages -> topics left out
         super(RosPart, self).__init__(context)  # of the Part that it is
         self.offer()
         self.configure(getattr(self.spec, "xml", None))
@@ -201,16 +213,31 @@ class ModelPlugin(RosPart, parts.Part):
         """
 
     def output(self, output: Output) -> Any:
-        """What sends on a topic of ROS, see Sender."""
-        return sender(self, output)
+        """What sends on a topic of ROS, see Sender; nothing, where its message's package lacks."""
+        kind = getattr(output, "message", output.MESSAGE)
+        return Unsent() if self._lacks(output.topic, kind) else sender(self, output)
+
+    def _lacks(self, topic: str, message: Any) -> bool:
+        """Whether there is no type of messages, so that a topic is left out."""
+        lacks = message_class(message) is None
+        if lacks:
+            self._lacking.setdefault(message.partition("/")[0], []).append(topic)
+        return lacks
 
     def log(self, level: int, text: str) -> None:
         {INFO: rospy.loginfo, WARNING: rospy.logwarn, ERROR: rospy.logerr}[level]("%s", text)
 
     def listen(self) -> None:
-        """Subscribe to commands, once."""
+        """Subscribe to commands, once; tell which topics were left out."""
         for topic, (message, callback) in self.commands().items():
-            self.subscribe(topic, message_class(message), callback)
+            if not self._lacks(topic, message):
+                self.subscribe(topic, message_class(message), callback)
+        for package, topics in self._lacking.items():
+            self.log_warning(
+                f"plugin '{self.spec.name}' of '{self.model.name}' leaves out "
+                f"{', '.join(topics)}: there is no package {package} with their messages; "
+                f"'./run add {package}' brings it"
+            )
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""

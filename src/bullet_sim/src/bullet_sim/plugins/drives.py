@@ -219,7 +219,9 @@ class DrivenBase(Part):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("_command", "_before")
-    COMMANDS = {"command_topic": ("geometry_msgs/Twist", "_on_command")}
+    COMMANDS: ClassVar[Mapping[str, tuple[Any, str]]] = {
+        "command_topic": ("geometry_msgs/Twist", "_on_command")
+    }
     reports = True
     standing: ClassVar[tuple[float, ...]] = (0.0, 0.0)
     advertises: ClassVar[bool] = False

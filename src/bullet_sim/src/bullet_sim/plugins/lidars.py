@@ -145,7 +145,7 @@ def rays_of(ray: Values, axis: str, samples: int) -> int:
     return max(1, int(count * resolution)) if resolution > 0.0 else count
 
 
-def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
+def rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
     """Angles, ranges, layers and noise of <ray>; samples: default number of rays."""
     ray = xml.part("ray", "lidar")
     mean, stddev = ray.noise("noise")
@@ -172,7 +172,7 @@ def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES, rule=UTILS_OF_SENSORS)
 def laser(xml: SensorXml) -> RaySpec:
     """RaySpec; the laser plugins have no <updateRate> and no <gaussianNoise>."""
-    return read(RaySpec, xml, **_rays(xml, 640), topic=xml.topic("topicName", "/world"))
+    return read(RaySpec, xml, **rays(xml, 640), topic=xml.topic("topicName", "/world"))
 
 
 @sensor_plugin(
@@ -183,7 +183,7 @@ def laser(xml: SensorXml) -> RaySpec:
 )
 def velodyne(xml: SensorXml) -> CloudSpec:
     """CloudSpec; min_range, max_range narrow the ray's."""
-    values, plugin = _rays(xml), xml.plugin("lidar")
+    values, plugin = rays(xml), xml.plugin("lidar")
     near, far = plugin.number("min_range"), plugin.number("max_range", float("inf"))
     values["range_min"] = max(values["range_min"], near)
     values["range_max"] = min(values["range_max"], far)
@@ -200,7 +200,7 @@ def velodyne(xml: SensorXml) -> CloudSpec:
 
 def _raw(xml: SensorXml) -> dict[str, Any]:
     """As _rays, for plugins that read the ranges before the sensor adds its noise."""
-    return dict(_rays(xml), noise_mean=0.0, noise_stddev=0.0, bias=(0.0, 0.0), precision=0.0)
+    return dict(rays(xml), noise_mean=0.0, noise_stddev=0.0, bias=(0.0, 0.0), precision=0.0)
 
 
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES, rule=PLAIN)
@@ -234,7 +234,7 @@ def sonar(xml: SensorXml) -> RangeSpec:
 
     Its rate is the plugin's <updateRate>, 10 Hz without one; that of the <sensor> has no effect.
     """
-    values = _rays(xml)
+    values = rays(xml)
     wide = abs(values["max_angle"] - values["min_angle"])
     high = abs(values["max_elevation"] - values["min_elevation"])
     return read(

@@ -325,7 +325,7 @@ class PluginXml(PluginValues):
         if name in links:
             return name
         if default is None:
-            raise self._missing(tag, text, links, "link")
+            raise self.names_no(tag, text, links, "link")
         raise MissingPart(
             f"{self.label} has {tag} '{name}', which is no link; it is left out",
             "plugins name a link that does not exist and are left out",
@@ -350,10 +350,11 @@ class PluginXml(PluginValues):
         """Joint that a tag names; raises MissingPart where the model has no such joint."""
         name, joints = self.in_scope(self.text(tag)), self.model.joints
         if name not in joints:
-            raise self._missing(tag, name, joints, "joint")
+            raise self.names_no(tag, name, joints, "joint")
         return name
 
-    def _missing(self, tag: str, name: str, known: Iterable[str], part: str) -> MissingPart:
+    def names_no(self, tag: str, name: str, known: Iterable[str], part: str) -> MissingPart:
+        """The error of a tag with a name that is none of the known ones of a part of the model."""
         return MissingPart(
             f"{self.label} has {tag} '{name}', which is no {part}; {part}s are "
             f"{', '.join(known) or '(none)'}; it is left out"
