@@ -77,6 +77,20 @@ def begin_apart(
     raise GymError(f"starts touch something, {TRIES} of the task or the given one: {places}")
 
 
+def _check_numbers(**values: float) -> None:
+    """Raise a GymError for a rate [Hz] or a time [s] that is out of bounds."""
+    for name, value in values.items():
+        least = 0.1 if name.endswith("rate") else 0.0
+        if not (math.isfinite(value) and least <= value <= 1000.0):
+            raise GymError(f"{name} is {value!r}, must be from {least:g} to 1000")
+
+
+def _check_choice(name: str, value: Any, known: Sequence[Any]) -> None:
+    """Raise a GymError for a value that is not known."""
+    if value not in known:
+        raise GymError(f"{name} is {value!r}, must be one of {', '.join(filter(None, map(str, known)))}")
+
+
 class RobotEnv(gymnasium.Env):
     """A robot that acts by topics and observes topics.
 
@@ -143,16 +157,10 @@ class RobotEnv(gymnasium.Env):
         fixed_joints: str = "",
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise GymError(f"render_mode is {render_mode!r}; there are rgb_array, human and None")
-        for name, value, least in (("control_rate", control_rate, 0.1), ("delay", delay, 0.0),
-                                   ("settle", settle, 0.0)):  # fmt: skip
-            if not (math.isfinite(value) and least <= value <= 1000.0):
-                raise GymError(f"{name} is {value!r}, must be from {least:g} to 1000")
-        for name, given, known in (("massless_links", massless_links, MASSLESS),
-                                   ("fixed_joints", fixed_joints, FIXED_JOINTS)):  # fmt: skip
-            if given not in ("", *known):
-                raise GymError(f"{name} is {given!r}, must be one of {', '.join(known)}")
+        _check_numbers(control_rate=control_rate, delay=delay, settle=settle)
+        _check_choice("render_mode", render_mode, (None, *self.metadata["render_modes"]))
+        _check_choice("massless_links", massless_links, ("", *MASSLESS))
+        _check_choice("fixed_joints", fixed_joints, ("", *FIXED_JOINTS))
         files = {"urdf": urdf, "sdf": sdf, "world": world, "controllers": controllers,
                  "pose": pose, "arguments": arguments}  # fmt: skip
         self.task = make_task(task, task_options or {}, reward, end, start)

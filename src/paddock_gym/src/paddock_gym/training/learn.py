@@ -39,9 +39,7 @@ def train(settings, folder, resume=False, log=print, ray=None):
     """
     # Small networks are fastest on one thread; those for images learn while the workers wait.
     torch.set_num_threads(len(os.sched_getaffinity(0)) if "camera" in settings.observation else 1)
-    logs = ["csv", "tensorboard"] if settings.tensorboard else ["csv"]
-    if settings.tensorboard and not importlib.util.find_spec("tensorboard"):
-        raise GymError("tensorboard is True, but not installed; pip install tensorboard")
+    logs = _logs(settings)
     settings, workers = _workers(settings, folder, ray, log)
     started_at = time.monotonic()
     try:
@@ -74,6 +72,15 @@ def train(settings, folder, resume=False, log=print, ray=None):
     }
     write_json(os.path.join(folder, REPORT), report)
     return report
+
+
+def _logs(settings):
+    """Kinds of logs that stable-baselines3 writes."""
+    if not settings.tensorboard:
+        return ["csv"]
+    if not importlib.util.find_spec("tensorboard"):
+        raise GymError("tensorboard is True, but not installed; pip install tensorboard")
+    return ["csv", "tensorboard"]
 
 
 def _workers(settings, folder, address, log):
