@@ -51,7 +51,7 @@ _FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
 _TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
 NO_ERROR = "the log has no error of it"
 _DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
-_told = set()  # by this process
+_reported = set()  # by this process
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ def save(entries):
 
 def lines(entries):
     """Lists what is printed of entries: a command that builds and then tells says each once."""
-    new = [entry for entry in entries if entry not in _told]
-    _told.update(new)
+    new = [entry for entry in entries if entry not in _reported]
+    _reported.update(new)
     return [entry.line() for entry in new]
 
 

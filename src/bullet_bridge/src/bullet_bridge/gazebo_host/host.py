@@ -273,10 +273,10 @@ class GazeboHost:
             if names != self._readers[0] or self._models != self._watched_models:
                 self._watched_models = self._models
                 self._readers = names, list(self._contact_readers(names.decode()))
-            told = {}
+            pairs = {}
             for reader in self._readers[1]:
-                told.update({(pair.first, pair.second): pair for pair in reader.pairs(0.0)})
-            for pair in told.values():
+                pairs.update({(pair.first, pair.second): pair for pair in reader.pairs(0.0)})
+            for pair in pairs.values():
                 back = np.zeros((len(pair.depths), 6)) if pair.back is None else pair.back
                 depths = np.reshape(pair.depths, (-1, 1))
                 parts = pair.positions, pair.normals, depths, pair.wrenches, back

@@ -98,7 +98,7 @@ class Describer:
         self._world, self._robots = world, robots
         warnings = [] if described is None else described.warnings
         self._static_props = set() if described is None else _static_props(described)
-        self._read, self._warnings = frozenset(warnings), _told(warnings)
+        self._read, self._warnings = frozenset(warnings), _summary(warnings)
 
     def describe(self) -> dict[str, Any]:
         """The world and its models (simulation thread)."""
@@ -112,10 +112,10 @@ class Describer:
     def _model(self, model: Model) -> dict[str, Any]:
         plugins, control = self._robots.parts_of(model.name)
         parts = [*plugins, *([] if control is None else control.topics())]
-        told = _told(w for w in model.description.warnings if w not in self._read)
-        told["lost"] += self._robots.skipped(model)
+        summary = _summary(w for w in model.description.warnings if w not in self._read)
+        summary["lost"] += self._robots.skipped(model)
         return {
-            **told,
+            **summary,
             "name": model.name,
             "static": model.is_static and not model.description.is_empty,
             "furniture": model.name in self._static_props,
@@ -150,7 +150,7 @@ class Describer:
         return [str(extension) for extension in used]
 
 
-def _told(warnings: Iterable[str]) -> dict[str, Any]:
+def _summary(warnings: Iterable[str]) -> dict[str, Any]:
     """Warnings in one line a cause, losses, and what is missing by its cause."""
     warnings = list(warnings)
     files = missing(warnings)

@@ -294,7 +294,7 @@ class Link:
         decay: fractions of its linear and angular velocity that it loses in each step of the
             solver 'ode'.
         wind: a wind of the world acts on it.
-        told: its inertia (3, 3) about the axes of its <inertial>, as the file has it.
+        file_inertia: its inertia (3, 3) about the axes of its <inertial>, as the file has it.
     """
 
     name: str
@@ -311,13 +311,13 @@ class Link:
     kinematic: bool = False
     decay: tuple[float, float] = (0.0, 0.0)
     wind: bool = False
-    told: Array | None = None
+    file_inertia: Array | None = None
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
         """Set center and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the center."""
         xx, xy, xz, yy, yz, zz = moments
         local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        self.told, self.inertia = local, pose.matrix @ local @ pose.matrix.T
+        self.file_inertia, self.inertia = local, pose.matrix @ local @ pose.matrix.T
         self.center = np.array(pose.position)
 
 

@@ -26,7 +26,7 @@ CONVERTED = {
 }
 
 
-def told(element: Node, *tags: str) -> str | None:
+def text_of(element: Node, *tags: str) -> str | None:
     """Text of the last child with one of these tags, which counts of several; None: none."""
     found = [child for child in element if child.tag in tags]
     return (found[-1].text or "").strip() if found else None
@@ -49,15 +49,15 @@ def link_element(elements: Iterable[Node], robot: Node) -> Node:
     """
     link = _made("link", robot)
     for element in elements:
-        off = told(element, "turnGravityOff")
+        off = text_of(element, "turnGravityOff")
         falls = off is None or off.lower() in ("false", "no") or off == "0"
         _put(link, "gravity", "true" if falls else "false", element)
         decay = _add(link, "velocity_decay", element)
-        damping = told(element, "dampingFactor")
+        damping = text_of(element, "dampingFactor")
         if damping is not None:
             _put(decay, "linear", damping, element)
             _put(decay, "angular", damping, element)
-        collides = told(element, "selfCollide")
+        collides = text_of(element, "selfCollide")
         if collides is not None:
             _put(link, "self_collide", "1" if is_yes(collides) else "0", element)
         link.extend(copies(element))
@@ -74,7 +74,7 @@ def joint_element(elements: Iterable[Node], robot: Node) -> Node:
     for element in elements:
         for into, tags in ((limit, OF_LIMIT), (dynamics, OF_AXIS)):
             _put_numbers(into, tags, element)
-        feedback, damping = told(element, "provideFeedback"), told(element, *DAMPING)
+        feedback, damping = text_of(element, "provideFeedback"), text_of(element, *DAMPING)
         for into in (physics, ode):
             if feedback is not None:
                 _put(into, "provide_feedback", str(is_yes(feedback)).lower(), element)
@@ -92,7 +92,7 @@ def model_element(elements: Iterable[Node], robot: Node) -> Node:
     """
     model = _made("model", robot)
     for element in elements:
-        static = "true" if is_yes(told(element, "static")) else "false"
+        static = "true" if is_yes(text_of(element, "static")) else "false"
         _put(model, "static", static, element)
         model.extend(copies(element))
     return model
@@ -181,6 +181,6 @@ def _put(parent: Node, tag: str, text: str, like: Node) -> None:
 
 def _put_numbers(parent: Node, tags: Mapping[str, str], element: Node) -> None:
     for tag, name in tags.items():
-        text = told(element, tag)
+        text = text_of(element, tag)
         if text is not None:
             _put(parent, name, text, element)

@@ -218,8 +218,8 @@ def gazebos_properties(model: Model, link: str) -> tuple[float, Array, Array, bo
     )
     others = model.bodies if not described.is_urdf else described.links
     shared = any(model.link_in_body(other)[0] == name for other in others if other != link)
-    if own.told is not None and not (shared and described.is_urdf):
-        inertia = own.told
+    if own.file_inertia is not None and not (shared and described.is_urdf):
+        inertia = own.file_inertia
     if not described.is_urdf:
         if shared:
             mass, center = own.mass, own.center
@@ -259,9 +259,9 @@ def set_link_properties(
             f"{label}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
             "the mass above 0"
         )
-    told = np.asarray(center, float)
-    if not np.isfinite(told).all():
-        raise ModelError(f"{label}: the center of mass is {told.tolist()} m, must be finite")
+    reported = np.asarray(center, float)
+    if not np.isfinite(reported).all():
+        raise ModelError(f"{label}: the center of mass is {reported.tolist()} m, must be finite")
     if np.linalg.eigvalsh(inertia).min() <= 0:
         raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
     inertia = offset.matrix @ inertia @ offset.matrix.T
@@ -272,7 +272,7 @@ def set_link_properties(
     weight = gravity, mass, part.center
     model.change(("gravity", link), lambda: model.body.set_gravity(link, *weight))
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
-    model.set_masses[link] = part.mass, told, inertia
+    model.set_masses[link] = part.mass, reported, inertia
 
 
 def set_link_gravity(model: Model, link: str, gravity: bool) -> None:

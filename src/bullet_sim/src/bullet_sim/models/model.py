@@ -112,7 +112,7 @@ class Model:
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         # mass, center of mass and inertia of links as they were set last
         self.set_masses: dict[str, tuple[float, Array, Array]] = {}
-        self._told: dict[str, Pose] = {}  # where parts' frames are told to be, in their own
+        self._reported_frames: dict[str, Pose] = {}  # of parts, in their own frames
         motion = description.motion
         self._lumped = lumped = engine.lump(description) if motion is None else lump(description)
         self._actor = None if motion is None else ActorBody(lumped, motion, clock)
@@ -318,39 +318,43 @@ class Model:
         """Have a link's frame be where another center of mass (3,) [m] puts it.
 
         As ODELink::MoveCallback of Gazebo 11, which takes Inertial::CoG() off the body's position:
-        the body stays, and the link is told, and placed, with another frame.
+        the body stays, and the link is reported, and placed, with another frame.
         """
         part, offset = self.link_in_body(link)
         if self.is_static or offset != _SAME:
             return
         x, y, z = (np.asarray(self.rigid_parts[part].center) - np.asarray(center)).tolist()
-        self._told.pop(part, None)
+        self._reported_frames.pop(part, None)
         if (x, y, z) != _REST:
-            self._told[part] = Pose((x, y, z))
+            self._reported_frames[part] = Pose((x, y, z))
 
-    def _told_in_body(self, link: str) -> tuple[str, Pose]:
-        """As link_in_body(), of its frame as it is told."""
+    def _reported_in_body(self, link: str) -> tuple[str, Pose]:
+        """As link_in_body(), of its frame as it is reported."""
         part, offset = self.link_in_body(link)
-        return (part, self._told[part] * offset) if part in self._told else (part, offset)
+        return (
+            (part, self._reported_frames[part] * offset)
+            if part in self._reported_frames
+            else (part, offset)
+        )
 
-    def _told_from_frame(self) -> Pose:
-        """Where the model's frame is told to be, in its own."""
-        told = self._told.get(self.root)
-        if told is None:
+    def _reported_from_frame(self) -> Pose:
+        """Where the model's frame is reported to be, in its own."""
+        reported = self._reported_frames.get(self.root)
+        if reported is None:
             return _SAME
         position, orientation, _, _ = self.body.link_motion(self.root)
         root, frame = Pose(position, orientation), Pose(*self.body.pose())
         in_root = root.inverse() * frame
-        return in_root.inverse() * told * in_root
+        return in_root.inverse() * reported * in_root
 
     @property
     def pose(self) -> Pose:
-        """World pose of the model's frame, as it is told."""
+        """World pose of the model's frame, as it is reported."""
         if self._carried is not None:
             link, frame = self._carried
             return self.link_state(link)[0] * frame
         frame = Pose(*self.body.pose())
-        return frame * self._told_from_frame() if self._told else frame
+        return frame * self._reported_from_frame() if self._reported_frames else frame
 
     @cached_property
     def collision_names(self) -> dict[tuple[str, int], str]:
@@ -363,7 +367,7 @@ class Model:
         Returns:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
-        part, offset = self._told_in_body(link)
+        part, offset = self._reported_in_body(link)
         position, orientation, linear, angular = self.body.link_motion(part)
         frame = Pose(position, orientation)
         if offset == _SAME:  # not merged into another link
@@ -373,13 +377,13 @@ class Model:
 
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
-        part, offset = self._told_in_body(link)
+        part, offset = self._reported_in_body(link)
         place = None if offset == _SAME else (offset.position, offset.orientation)
         return self.body.link_motion(part, place)
 
     def recorded_motion(self, link: str) -> Any:
         """As link_motion() after each recorded step, see api.Body."""
-        part, offset = self._told_in_body(link)
+        part, offset = self._reported_in_body(link)
         place = None if offset == _SAME else (offset.position, offset.orientation)
         return self.body.recorded_motion(part, place)
 
@@ -387,7 +391,7 @@ class Model:
         """As link_motion, of each of the bodies; those of a static model do not move."""
         if self.is_static:
             return [(*self.link_motion(body)[:2], _REST, _REST) for body in self.bodies]
-        if self._at_parts and not self._told:
+        if self._at_parts and not self._reported_frames:
             return [self.body.link_motion(self._lumped.frames[body][0]) for body in self.bodies]
         return [self.link_motion(body) for body in self.bodies]
 
@@ -403,12 +407,14 @@ class Model:
     @property
     def is_at_root(self) -> bool:
         """Whether motion() is that of the root link's frame in the engine."""
-        return self._carried is None and not self._told and self._at_root
+        return self._carried is None and not self._reported_frames and self._at_root
 
     def recorded_motions(self) -> list[Any] | None:
         """As motion() and body_motions(), after each recorded step; None: there are none."""
         links = [self.root, self.description.root, *self.bodies]
-        found = [] if self._told or self._carried else list(map(self.recorded_motion, links))
+        found = (
+            [] if self._reported_frames or self._carried else list(map(self.recorded_motion, links))
+        )
         if not found or any(motion is None for motion in found):
             return None
         frame, root, *bodies = found
@@ -441,7 +447,7 @@ class Model:
                 self.body.place_link(part, moved * frame, linear, angular)
             self._moved.update(parts)
             return
-        there = pose * self._told_from_frame().inverse()
+        there = pose * self._reported_from_frame().inverse()
         self.body.set_pose(there.position, there.orientation)
         if not self.is_static:
             self.body.set_velocity(linear, angular)
@@ -456,7 +462,7 @@ class Model:
             ModelError: no such link, a number is NaN, infinite or out of bounds, or with Bullet a
                 link that is below a joint.
         """
-        part, offset = self._told_in_body(link)
+        part, offset = self._reported_in_body(link)
         if not pose.is_placeable():
             raise ModelError(
                 f"pose for link '{link}' of '{self.name}' is {pose.position}, {pose.orientation}; "

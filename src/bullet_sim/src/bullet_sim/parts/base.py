@@ -83,7 +83,7 @@ class Part(Component):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
-    CACHE: ClassVar[tuple[str, ...]] = ("_told", "senders")
+    CACHE: ClassVar[tuple[str, ...]] = ("_logged", "senders")
     COMMANDS: ClassVar[Mapping[str, tuple[Any, str]]] = {}
     every_step: ClassVar[bool] = False
     goes_on: ClassVar[bool] = False
@@ -102,7 +102,7 @@ class Part(Component):
         self.world, self.model, self.spec = context.world, context.model, context.spec
         self.rng = np.random.default_rng(context.seed)
         self.senders: list[Sender] = []
-        self._told: dict[Hashable, float] = {}  # wall times at which texts were logged [s]
+        self._logged: dict[Hashable, float] = {}  # wall times at which texts were logged [s]
         self._asked: float = getattr(self.spec, "rate", 0.0)  # [Hz], 0: every step
         self.schedule = SubscribedSchedule(
             self._rate(),
@@ -140,8 +140,8 @@ class Part(Component):
     def _tell(self, level: int, text: str, every: float) -> None:
         place = sys._getframe(2)
         key, now = (place.f_code, place.f_lineno), wall.monotonic()
-        if key not in self._told or now - self._told[key] >= every:
-            self._told[key] = now
+        if key not in self._logged or now - self._logged[key] >= every:
+            self._logged[key] = now
             self.log(level, text)
 
     # what ROS has beside topics, of which there is nothing without it --------------------------

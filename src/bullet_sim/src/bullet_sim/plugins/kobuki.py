@@ -292,8 +292,8 @@ class KobukiPlugin(DrivenBase):
         dropped = {side for side in SIDES if not self._contacts(f"drop {side}")}
         self._dropped = self._send_changes(time, self._drop, self._dropped, dropped, SIDES)
         if self._core.has_subscribers():
-            told = (pressed, BITS), (far, BITS), (dropped, DROP_BITS)
-            self._core.send(time, *((sum(bits[n] for n in names),) for names, bits in told))
+            states = (pressed, BITS), (far, BITS), (dropped, DROP_BITS)
+            self._core.send(time, *((sum(bits[n] for n in names),) for names, bits in states))
 
     def _add_way(self, time: float, elapsed: float, speed: float, yaw_rate: float) -> None:
         """Go on by a speed [m/s] and a yaw rate [rad/s], and publish the odometry."""

@@ -88,7 +88,9 @@ def _check_numbers(**values: float) -> None:
 def _check_choice(name: str, value: Any, known: Sequence[Any]) -> None:
     """Raise a GymError for a value that is not known."""
     if value not in known:
-        raise GymError(f"{name} is {value!r}, must be one of {', '.join(filter(None, map(str, known)))}")
+        raise GymError(
+            f"{name} is {value!r}, must be one of {', '.join(filter(None, map(str, known)))}"
+        )
 
 
 class RobotEnv(gymnasium.Env):
