@@ -9,7 +9,7 @@ from commands.errors import CommandError
 from commands.subcommands import deps
 
 # Packages that have no sources for Noetic -> what does the same.
-SAME = {"cmd_vel_mux": "twist_mux", "yocs_cmd_vel_mux": "twist_mux"}
+SAME = {"cmd_vel_mux": "twist_mux"}
 # Libraries of Gazebo plugins that are not here -> what is.
 PLUGINS = {
     "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",

@@ -137,9 +137,14 @@ def _plugins(report):
         spawner = next((node for node in report["died"] if _is_spawner(node)), None)
         why = f": {spawner['why']}" if spawner else check_companions.hint(report, "robot")
         yield Problem("no robot was spawned" + why)
+    obeys = any(
+        state == "running" and DRIVE.search(kind)
+        for model in robots(report)
+        for _, kind, state in model.get("controllers") or ()
+    )
     for text in losses(report):
         without = _subject(text)
-        drives = bool(LIBRARY.search(without) and DRIVE.search(without))
+        drives = not obeys and bool(LIBRARY.search(without) and DRIVE.search(without))
         yield Problem(_lost(report, text), without, True, drives)
 
 
@@ -154,7 +159,8 @@ def _controllers(report):
         elif not loaded:
             question = ": is there a spawner, and its YAML?"
             hint = check_companions.hint(report, "controllers", question)
-            yield Problem(f"no controller is loaded in {where}{hint}")
+            without = f"controllers in {where}" if model.get("commands") else ""  # plugins obey
+            yield Problem(f"no controller is loaded in {where}{hint}", without)
         states = [state for _, _, state in loaded or ()]
         for name, _, state in loaded or ():
             if state != "running":

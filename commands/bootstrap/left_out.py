@@ -3,12 +3,13 @@
 Read from the logs of cmake and of make -k, which builds all that does not need it.
 """
 
+import glob
 import os
 import re
 from dataclasses import asdict, dataclass
 
 from commands import sources
-from commands.paths import BUILD, VENV_PYTHON, read, read_xml, write
+from commands.paths import BUILD, SOURCES, VENV_PYTHON, read, read_xml, write
 
 FILE = os.path.join(BUILD, ".left_out")
 # Run by a Python that has catkin_pkg, with folders: what is refused, and why, a line each.
@@ -22,6 +23,7 @@ for folder in sys.argv[1:]:
         print(folder, " ".join(str(error).split()) or type(error).__name__, sep="\\t")
 """
 GAZEBO = "./run add gazebo brings its libraries (docs/cpp_plugins.md)"
+OF_PADDOCK = "none is needed: Paddock's own plugin of that name is used"
 OWN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 SIMULATOR_HEADERS = ("gazebo", "ignition", "gz", "sdf")
 CONTROL_HEADERS = (
@@ -287,10 +289,16 @@ def _entry(package, target, error):
         first = header[1].partition("/")[0]
         owner = owner_of(first)
         if owner:
-            remedy = GAZEBO if owner == "Gazebo" else OWN
+            remedy = OF_PADDOCK if _is_own(target) else GAZEBO if owner == "Gazebo" else OWN
             return LeftOut(package, target, f"it includes {owner}'s {header[1]}", remedy)
         return LeftOut(package, target, *_missing(first, f"it includes {header[1]}"))
     return LeftOut(package, target, error[:200], "see .cache/log/build_workspace.log")
+
+
+def _is_own(library):
+    """Whether Paddock has a plugin of that library in Python."""
+    files = glob.glob(os.path.join(SOURCES, "bullet_sim/src/bullet_sim/plugins/*.py"))
+    return any(f'"{library}"' in read(path) for path in files)
 
 
 def owner_of(header):

@@ -270,7 +270,21 @@ def test_g2o_is_found_without_the_library_of_its_examples(tmp_path, built):
 
 def test_what_is_left_out_is_said_once(monkeypatch):
     """By the build, and not again by the command that has built."""
-    monkeypatch.setattr(left_out, "_told", set())
+    monkeypatch.setattr(left_out, "_reported", set())
     one, other = (left_out.LeftOut(name, "", "it needs no_such_thing") for name in ("a", "b"))
     assert left_out.lines([one]) == ["left out: a: it needs no_such_thing"]
     assert left_out.lines([left_out.LeftOut(**vars(one)), other]) == [other.line()]
+
+
+@pytest.mark.parametrize(
+    "library, remedy",
+    [("gazebo_ros_kobuki", left_out.OF_PADDOCK), ("gazebo_ros_kobuk", left_out.GAZEBO)],
+)
+def test_a_plugin_that_paddock_has_itself_needs_no_libraries_of_gazebo(library, remedy):
+    log = (
+        "/w/src/bases/src/base.cpp:1:10: fatal error: gazebo/gazebo.hh: No such file or directory\n"
+        f"make[2]: *** [bases/CMakeFiles/{library}.dir/build.make:76: "
+        f"bases/CMakeFiles/{library}.dir/src/base.cpp.o] Error 1\n"
+    )
+    [entry] = left_out.of_build(log, {"bases": "bases"})
+    assert (entry.program, entry.remedy) == (library, remedy)
