@@ -102,6 +102,7 @@ MEANT = UNKNOWN + "; did you mean 'libgazebo_ros_control.so'?"
 OTHERS, NEARLY = MEANT.format("libgazebo_ros_control2.so"), MEANT.format("libgazebo_ros_contol.so")
 BARELY = MEANT.format("gazebo_ros_contol")
 KOBUKI = UNKNOWN.format("libgazebo_ros_kobuki.so")
+BASE = ["base", "diff_drive_controller/DiffDriveController", "running"]
 NO_JOINT = (
     "plugin 'libgazebo_ros_diff_drive.so' names joints left, which do not exist or do not move; "
     "movable joints are port"
@@ -208,6 +209,9 @@ SAID = [
     ({"car_controllers": []}, ["no controller is loaded in /car: is there a spawner,..."], None),
     ({"car_controllers": [], **WAITS},
      ["no controller is loaded in /car" + BRINGS.format("controllers")], None),
+    ({"car_controllers": [], "car_commands": ["/cmd_vel"]},
+     ["no controller is loaded in /car: is there a spawner,..."],
+     "works without controllers in /car"),
     ({"car_controllers": [ARM]}, ["controller arm in /car is stopped"], None),
     ({"car_controllers": [ARM, WHEELS]}, ["controller arm in /car is stopped"],
      "works without controller arm in /car"),
@@ -240,6 +244,8 @@ SAID = [
      "works without plugin x"),
     ({"car_lost": [KOBUKI]}, [f"{KOBUKI}; {OWN}"], f"does not drive because {KOBUKI}; {OWN}"),
     ({"car_lost": [NO_JOINT]}, [NO_JOINT], f"does not drive because {NO_JOINT}"),
+    ({"car_lost": [NO_JOINT], "car_controllers": [BASE]}, [NO_JOINT],
+     "works without plugin libgazebo_ros_diff_drive.so"),
     ({"car_lost": [NO_LINK]}, [NO_LINK], "works without plugin libhector_gazebo_ros_imu.so"),
     ({"car_lost": [massless(True)]}, [massless(True)],
      "works without links without mass: arm, hand"),
