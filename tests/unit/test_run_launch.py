@@ -5,9 +5,11 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
+from xmlrpc.client import ServerProxy
 
 import pytest
 from roslaunch import arg_dump
@@ -271,3 +273,18 @@ def test_signals_reach_the_child(number):
         _, said = process.communicate(timeout=PATIENCE)  # ends with the child, which has the pipe
     assert process.returncode == 128 + number
     assert "KeyboardInterrupt" in said  # the child's
+
+
+def test_a_page_whose_node_is_gone_does_not_run():
+    """The master still knows a node that was killed."""
+    with ros_master() as environ, socket.socket() as node:
+        assert not launching.page_runs(environ)
+        node.bind(("127.0.0.1", 0))
+        node.listen()
+        address = f"http://127.0.0.1:{node.getsockname()[1]}/"
+        with ServerProxy(environ["ROS_MASTER_URI"]) as master:
+            master.registerService("/web", "/web/s", "rosrpc://127.0.0.1:1", address)
+        assert launching.page_runs(environ)
+        node.close()
+        assert not launching.page_runs(environ)
+        assert not launching.page_runs({"ROS_MASTER_URI": address})
