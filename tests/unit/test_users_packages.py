@@ -281,10 +281,6 @@ def test_what_is_left_out_is_said_once(monkeypatch):
     [("gazebo_ros_kobuki", left_out.OF_PADDOCK), ("gazebo_ros_kobuk", left_out.GAZEBO)],
 )
 def test_a_plugin_that_paddock_has_itself_needs_no_libraries_of_gazebo(library, remedy):
-    log = (
-        "/w/src/bases/src/base.cpp:1:10: fatal error: gazebo/gazebo.hh: No such file or directory\n"
-        f"make[2]: *** [bases/CMakeFiles/{library}.dir/build.make:76: "
-        f"bases/CMakeFiles/{library}.dir/src/base.cpp.o] Error 1\n"
-    )
-    [entry] = left_out.of_build(log, {"bases": "bases"})
+    log = LACKS_HEADER.format("gazebo/gazebo.hh").replace("world", library)
+    [entry] = left_out.of_build(log, {"mixed": "mixed"})
     assert (entry.program, entry.remedy) == (library, remedy)
