@@ -25,7 +25,7 @@ PLUGINS = {
     WAITS: "ForceMovePlugin ForceTorqueSensor ImuSensor ModelImuSensor PlanarMovePlugin "
     "TricyclePlugin",
     NOTICES: "BlockLaserSensor CloudSensor GroundTruthSensor JointStatesSensor "
-    "JointTransformsSensor LidarSensor PatternSensor RangeSensor RootTransformSensor",
+    "JointTransformsSensor KobukiPlugin LidarSensor PatternSensor RangeSensor RootTransformSensor",
     CAMERA: "CameraSensor DepthCameraSensor RangeCameraSensor TriggeredCameraSensor",
     STEPS: "BuoyancyPlugin ContactSensor ForcePlugin GraspFixPlugin GripperPlugin HandOfGodPlugin "
     "HarnessPlugin JointPosesPlugin LiftDragPlugin LinkForceSensor VacuumGripperPlugin "

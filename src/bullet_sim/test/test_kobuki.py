@@ -8,6 +8,7 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.parts.base import PARTS, PartContext
 from bullet_sim.plugins.kobuki import TAGS, KobukiSpec
+from bullet_sim.plugins.rules import NEAREST, FramePrefix
 from bullet_sim.pose import Pose
 from urdf_texts import joint, link, robot
 
@@ -151,6 +152,9 @@ def test_a_base_is_read_with_its_sensors():
     assert spec.command_topic == "/mobile_base/commands/velocity"
     assert (spec.topic, spec.states_topic) == ("/odom", "/joint_states")
     assert (spec.frame_id, spec.child_frame_id) == ("odom", "base_footprint")
+    [spec] = parse_urdf(base(robotNamespace="tb"), str, "robot").sensors
+    prefix = FramePrefix(NEAREST, "tb")
+    assert {frame.prefix for frame in (spec.frame_id, spec.child_frame_id)} == {prefix}
     [spec] = parse_urdf(base(), str, "robot").sensors
     assert (spec.topic, spec.rate, spec.publish_tf) == ("/robot/odom", 0.0, False)
     assert spec.command_topic == "/robot/mobile_base/commands/velocity"
