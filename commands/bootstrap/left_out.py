@@ -51,6 +51,8 @@ _COMPILER = re.compile(r"^(/\S+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$")
 _LINKER = re.compile(r"(undefined reference to .*|cannot find -l\S+.*)$")
 _FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
 _TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
+# Names of libraries that a decorator of Paddock's plugins enters: @model_plugin("a", "b", rule=...
+_LIBRARIES = re.compile(r'^@\w+_plugin\(\s*((?:"[\w.]+"[,\s]*)+)', re.MULTILINE)
 NO_ERROR = "the log has no error of it"
 _DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
 _reported = set()  # by this process
@@ -298,7 +300,9 @@ def _entry(package, target, error):
 def _is_own(library):
     """Whether Paddock has a plugin of that library in Python."""
     files = glob.glob(os.path.join(SOURCES, "bullet_sim/src/bullet_sim/plugins/*.py"))
-    return any(f'"{library}"' in read(path) for path in files)
+    return any(
+        f'"{library}"' in names for path in files for names in _LIBRARIES.findall(read(path))
+    )
 
 
 def owner_of(header):

@@ -278,7 +278,13 @@ def test_what_is_left_out_is_said_once(monkeypatch):
 
 @pytest.mark.parametrize(
     "library, remedy",
-    [("gazebo_ros_kobuki", left_out.OF_PADDOCK), ("gazebo_ros_kobuk", left_out.GAZEBO)],
+    [
+        ("gazebo_ros_kobuki", left_out.OF_PADDOCK),
+        ("roboticsgroup_upatras_gazebo_mimic_joint_plugin", left_out.OF_PADDOCK),
+        ("gazebo_ros_kobuk", left_out.GAZEBO),
+        ("servo", left_out.GAZEBO),  # a word of Paddock's files, and no library
+        ("ray", left_out.GAZEBO),
+    ],
 )
 def test_a_plugin_that_paddock_has_itself_needs_no_libraries_of_gazebo(library, remedy):
     log = LACKS_HEADER.format("gazebo/gazebo.hh").replace("world", library)

@@ -174,6 +174,7 @@ def test_without_a_tag_the_plugin_is_left_out_as_upstream(tag):
         ({"imu_name": "other"}, ["'other'", "type imu in base_footprint", "are imu"]),
         ({"cliff_sensor_left_name": "eye"}, ["'eye'", "cliff_left, cliff_center, cliff_right"]),
         ({"left_wheel_joint_name": "gone"}, ["joints gone", "left_joint, right_joint"]),
+        ({"wheel_diameter": 0}, ["wheelDiameter 0.0, must not be 0"]),
     ],
 )
 def test_a_name_of_nothing_is_told(changes, words):

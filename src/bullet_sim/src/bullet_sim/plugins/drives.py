@@ -187,7 +187,7 @@ def wheel_states_topic(xml: PluginXml) -> str:
     return xml.names.topic("joint_states") if xml.option("publishWheelJointState") else ""
 
 
-S = TypeVar("S", bound=SidesSpec)
+S = TypeVar("S", bound=BaseSpec)  # with wheels: left, right, separation, diameter
 
 
 def with_wheels(
@@ -197,7 +197,7 @@ def with_wheels(
     wheels = (*left, *right)
     if len(movable(xml, wheels)) < len(wheels):
         return None
-    spec = read(kind, xml, left=left, right=right, **given)
+    spec: Any = read(kind, xml, left=left, right=right, **given)
     if spec.diameter and (spec.separation or not getattr(spec, "from_wheels", False)):
         return spec
     xml.warn(

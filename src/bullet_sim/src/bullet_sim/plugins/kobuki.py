@@ -16,13 +16,19 @@ from bullet_sim.parts.base import PARTS, part_of
 from bullet_sim.parts.outputs import ImuOutput, JointStatesOutput, NumbersOutput
 from bullet_sim.parts.schedule import is_late_enough
 from bullet_sim.plugins.contacts import ContactPair, ContactSpec
-from bullet_sim.plugins.drives import BaseSpec, DrivenBase, read_log_level
+from bullet_sim.plugins.drives import BaseSpec, DrivenBase, read_log_level, with_wheels
 from bullet_sim.plugins.inertial import ImuSpec
-from bullet_sim.plugins.joints import movable
 from bullet_sim.plugins.lidars import RaySpec, rays
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import UTILS_OF_MODELS, FrameName
-from bullet_sim.plugins.spec import PluginSpec, read
+from bullet_sim.plugins.spec import (
+    PluginSpec,
+    not_negative,
+    number,
+    read,
+    reading,
+    switch,
+)
 from bullet_sim.plugins.xml import PluginXml, SensorXml
 from bullet_sim.pose import ZERO, quaternion_from_yaw, rpy_from_quaternion
 from bullet_sim.xml_reader import sdf_pose
@@ -41,11 +47,21 @@ TAGS = {
 }  # sensor -> tag with its name, its type
 BUMPER_HEIGHTS = (0.01, 0.13)  # of contacts above the model's origin that count [m]
 SECTOR = math.pi / 6.0  # half of the middle one of the three bumpers [rad]
-# Of an infrared sensor: its reading is SCALE * atan2(NEAR, range [m]).
-SCALE, NEAR = 76123.0, 0.995
+# Of an infrared sensor: its reading is SCALE * atan2(NEAR, range [m]), of 32 bits as upstream's.
+SCALE, NEAR = 76123.0, float(np.float32(0.995))
 MOTORS_OFF, MOTORS_ON = 0, 1  # states of kobuki_msgs/MotorPower
 NONE: frozenset[str] = frozenset()
 UNTURNED = (0.0, 0.0, 0.0, 1.0)
+
+
+def _topic(path: str) -> Any:
+    """Full name of a topic."""
+    return reading(lambda xml: xml.names.topic(path), f"/{path}")
+
+
+def _frame(name: str) -> Any:
+    """Name of a frame."""
+    return reading(lambda xml: FrameName(name, xml.names.prefix()), name)
 
 
 @dataclass(frozen=True)
@@ -55,9 +71,9 @@ class KobukiSpec(BaseSpec):
     Attributes:
         left, right: the wheels' joints, one of each side.
         separation, diameter: of the wheels [m].
+        publish_tf: publish the odometry's transform on /tf.
         timeout: without a command after which it stops [s].
         rate: of all that it publishes [Hz]; 0: every physics step.
-        publish_tf: publish the odometry's transform on /tf.
         threshold: range from which on a cliff sensor tells of a cliff [m].
         sensors: a key of TAGS -> specification of that sensor, which has no topic.
         states_topic, imu_topic: of sensor_msgs/JointState and sensor_msgs/Imu.
@@ -67,29 +83,34 @@ class KobukiSpec(BaseSpec):
     """
 
     NAME = "kobuki"
+    command_topic: str = _topic(f"{PREFIX}/commands/velocity")
+    topic: str = _topic("odom")
+    frame_id: str = _frame("odom")
+    child_frame_id: str = _frame(IMU_LINK)
+    pose_covariance: tuple[float, ...] = (0.1, 0.1, 1e6, 1e6, 1e6, 0.05)
     left: tuple[str, ...] = ()
     right: tuple[str, ...] = ()
-    separation: float = 0.23
-    diameter: float = 0.07
-    timeout: float = 0.6
-    rate: float = 0.0
-    publish_tf: bool = False
-    threshold: float = 0.04
+    separation: float = number("wheel_separation", 0.23)
+    diameter: float = number("wheel_diameter", 0.07)
+    rate: float = number("update_rate", 0.0, not_negative)
+    publish_tf: bool = switch("publish_tf")
+    timeout: float = number("velocity_command_timeout", 0.6)
+    threshold: float = number("cliff_detection_threshold", 0.04)
     sensors: Mapping[str, PluginSpec] = field(default_factory=dict)
-    states_topic: str = "/joint_states"
-    imu_topic: str = f"/{PREFIX}/sensors/imu_data"
-    base_frame: str = "base_link"
-    power_topic: str = f"/{PREFIX}/commands/motor_power"
-    restart_topic: str = f"/{PREFIX}/commands/reset_odometry"
-    bumper_topic: str = f"/{PREFIX}/events/bumper"
-    cliff_topic: str = f"/{PREFIX}/events/cliff"
-    drop_topic: str = f"/{PREFIX}/events/wheel_drop"
-    core_topic: str = f"/{PREFIX}/sensors/core"
+    states_topic: str = _topic("joint_states")
+    imu_topic: str = _topic(f"{PREFIX}/sensors/imu_data")
+    base_frame: str = _frame("base_link")
+    power_topic: str = _topic(f"{PREFIX}/commands/motor_power")
+    restart_topic: str = _topic(f"{PREFIX}/commands/reset_odometry")
+    bumper_topic: str = _topic(f"{PREFIX}/events/bumper")
+    cliff_topic: str = _topic(f"{PREFIX}/events/cliff")
+    drop_topic: str = _topic(f"{PREFIX}/events/wheel_drop")
+    core_topic: str = _topic(f"{PREFIX}/sensors/core")
 
 
 @model_plugin("gazebo_ros_kobuki", rule=UTILS_OF_MODELS, reads_sensors=True)
 def kobuki(xml: PluginXml) -> KobukiSpec | None:
-    """KobukiSpec; None, with a warning, without one of the wheels' joints.
+    """KobukiSpec; None, with a warning, without a wheel's joint or with wheels of no size.
 
     <torque> has to be there, and upstream uses it nowhere.
 
@@ -101,43 +122,9 @@ def kobuki(xml: PluginXml) -> KobukiSpec | None:
                 "cliff_detection_threshold"):  # fmt: skip
         if xml.element.find(tag) is None:
             raise xml.lacks(tag)
-    wheels = [xml.in_scope(xml.text(f"{side}_wheel_joint_name")) for side in SIDES]
-    if len(movable(xml, wheels)) < len(wheels):
-        return None
-    prefix = xml.names.prefix()
-    topics = {
-        name: xml.names.topic(f"{PREFIX}/{path}")
-        for name, path in (
-            ("command_topic", "commands/velocity"),
-            ("power_topic", "commands/motor_power"),
-            ("restart_topic", "commands/reset_odometry"),
-            ("bumper_topic", "events/bumper"),
-            ("cliff_topic", "events/cliff"),
-            ("drop_topic", "events/wheel_drop"),
-            ("imu_topic", "sensors/imu_data"),
-            ("core_topic", "sensors/core"),
-        )
-    }
-    return read(
-        KobukiSpec,
-        xml,
-        left=(wheels[0],),
-        right=(wheels[1],),
-        separation=xml.number("wheel_separation"),
-        diameter=xml.number("wheel_diameter"),
-        timeout=xml.number("velocity_command_timeout"),
-        rate=max(0.0, xml.number("update_rate")),
-        publish_tf=xml.switch("publish_tf"),
-        threshold=xml.number("cliff_detection_threshold"),
-        sensors={key: _sensor(xml, *tag) for key, tag in TAGS.items()},
-        topic=xml.names.topic("odom"),
-        states_topic=xml.names.topic("joint_states"),
-        frame_id=FrameName("odom", prefix),
-        child_frame_id=FrameName(IMU_LINK, prefix),
-        base_frame=FrameName("base_link", prefix),
-        pose_covariance=(0.1, 0.1, 1e6, 1e6, 1e6, 0.05),
-        **topics,
-    )
+    left, right = ((xml.in_scope(xml.text(f"{side}_wheel_joint_name")),) for side in SIDES)
+    sensors = {key: _sensor(xml, *tag) for key, tag in TAGS.items()}
+    return with_wheels(KobukiSpec, xml, left, right, sensors=sensors)
 
 
 def _sensor(xml: PluginXml, tag: str, kind: str) -> PluginSpec:
@@ -201,10 +188,14 @@ class KobukiPlugin(DrivenBase):
         spec, model = self.spec, self.model
         self._kept = {key: Kept() for key in spec.sensors}
         self._sensors = {key: self._make_sensor(key) for key in spec.sensors}
-        self._numbers = [model.joints.names.index(name) for name in (*spec.left, *spec.right)]
+        self._wheels = (*spec.left, *spec.right)
+        self._numbers = [model.joints.names.index(name) for name in self._wheels]
+        self._threshold = float(np.float32(spec.threshold))  # as upstream's
         self._bumper_link = f"{model.name}::{merged(model.description)[spec.sensors[BUMPER].link]}"
-        base, wheels = spec.base_frame, (*spec.left, *spec.right)
-        self._states = self.output(JointStatesOutput(spec.states_topic, wheels, frame_id=base))
+        base = spec.base_frame
+        self._states = self.output(
+            JointStatesOutput(spec.states_topic, self._wheels, frame_id=base)
+        )
         self._imu = self.output(ImuOutput(spec.imu_topic, base))
         self._imu.set_variances([1e6, 1e6, 0.05], [1e6, 1e6, 0.05], [0.0] * 3)
         self._bumper = self._messages(spec.bumper_topic, "BumperEvent", "bumper", "state")
@@ -274,7 +265,7 @@ class KobukiPlugin(DrivenBase):
         spec, (forward, yaw_rate) = self.spec, self._command
         half, radius = yaw_rate * spec.separation / 2.0, spec.diameter / 2.0
         speeds = [(forward - half) / radius, (forward + half) / radius]
-        self.model.joints.impose_velocities((*spec.left, *spec.right), speeds)
+        self.model.joints.impose_velocities(self._wheels, speeds)
 
     def _publish(self, time: float, elapsed: float) -> None:
         positions, speeds, _ = self.model.joints.columns(self._numbers)
@@ -285,12 +276,12 @@ class KobukiPlugin(DrivenBase):
         if self._imu.has_subscribers():
             self._imu.send(time, *measured)
         ranges = {place: self._range(place) for place in PLACES}
-        far = {place for place in PLACES if ranges[place] >= float(np.float32(self.spec.threshold))}
-        self._cliffs = self._send_changes(time, self._cliff, self._cliffs, far, PLACES, ranges)
+        far = {place for place in PLACES if ranges[place] >= self._threshold}
+        self._cliffs = _send_changes(time, self._cliff, self._cliffs, far, PLACES, ranges)
         pressed = self._pressed_now()
-        self._pressed = self._send_changes(time, self._bumper, self._pressed, pressed, PLACES)
+        self._pressed = _send_changes(time, self._bumper, self._pressed, pressed, PLACES)
         dropped = {side for side in SIDES if not self._contacts(f"drop {side}")}
-        self._dropped = self._send_changes(time, self._drop, self._dropped, dropped, SIDES)
+        self._dropped = _send_changes(time, self._drop, self._dropped, dropped, SIDES)
         if self._core.has_subscribers():
             states = (pressed, BITS), (far, BITS), (dropped, DROP_BITS)
             self._core.send(time, *((sum(bits[n] for n in names),) for names, bits in states))
@@ -336,23 +327,23 @@ class KobukiPlugin(DrivenBase):
                     pressed.add("right")
         return pressed
 
-    def _send_changes(
-        self,
-        time: float,
-        sender: Any,
-        before: frozenset[str],
-        now: set[str],
-        names: Sequence[str],
-        ranges: Mapping[str, float] | None = None,
-    ) -> frozenset[str]:
-        """Send an event of each name that has come or gone; returns those that are there."""
-        for number, name in enumerate(names):
-            if (name in before) != (name in now):
-                reading = () if ranges is None else ((_reading(ranges[name]),),)
-                sender.send(time, (number,), (int(name in now),), *reading)
-        return frozenset(now)
+
+def _send_changes(
+    time: float,
+    sender: Any,
+    before: frozenset[str],
+    now: set[str],
+    names: Sequence[str],
+    ranges: Mapping[str, float] | None = None,
+) -> frozenset[str]:
+    """Send an event of each name that has come or gone; returns those that are there."""
+    for place, name in enumerate(names):
+        if (name in before) != (name in now):
+            infrared = () if ranges is None else ((_reading(ranges[name]),),)
+            sender.send(time, (place,), (int(name in now),), *infrared)
+    return frozenset(now)
 
 
 def _reading(distance: float) -> int:
     """Of an infrared sensor at a range [m], as uint16."""
-    return int(float(np.float32(SCALE)) * math.atan2(float(np.float32(NEAR)), distance)) & 0xFFFF
+    return int(SCALE * math.atan2(NEAR, distance)) & 0xFFFF

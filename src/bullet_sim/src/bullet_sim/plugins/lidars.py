@@ -199,7 +199,7 @@ def velodyne(xml: SensorXml) -> CloudSpec:
 
 
 def _raw(xml: SensorXml) -> dict[str, Any]:
-    """As _rays, for plugins that read the ranges before the sensor adds its noise."""
+    """As rays(), for plugins that read the ranges before the sensor adds its noise."""
     return dict(rays(xml), noise_mean=0.0, noise_stddev=0.0, bias=(0.0, 0.0), precision=0.0)
 
 
