@@ -1,4 +1,4 @@
-"""PPO, SAC and TD3 of stable-baselines3 as they are: they learn on the environments as they are."""
+"""PPO, SAC and TD3 of stable-baselines3 learn on the environments, both unmodified."""
 
 from pathlib import Path
 
@@ -15,6 +15,14 @@ CART = Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "examples" 
 STARTS, UNSEEN = 10, 1000  # of the evaluation; seed of its first
 GOOD = 8  # of them
 ROUND, MOST = 2048, 20_000  # actions between evaluations, in all
+# TD3 explores by nothing but noise, so it begins with actions by chance. SAC's coefficient of
+# entropy starts at 1, which 2,300 actions halve: beside rewards of at most 0.15 an action it would
+# learn nothing for the first 10,000.
+NEEDED = {
+    PPO: {},
+    SAC: {"ent_coef": "auto_0.1"},
+    TD3: {"action_noise": NormalActionNoise(np.zeros(2), np.full(2, 0.5)), "learning_starts": 1000},
+}
 pytestmark = pytest.mark.timeout(1800)
 
 
@@ -51,19 +59,16 @@ def ends(env, act):
     return found
 
 
-@pytest.mark.parametrize("algorithm", [PPO, SAC, TD3])
+@pytest.mark.parametrize("algorithm", NEEDED)
 @pytest.mark.parametrize("make, good", [(car, "lap"), (cart, "reached")])
-def test_an_algorithm_learns_with_what_it_has_by_default(algorithm, make, good):
+def test_an_algorithm_learns(algorithm, make, good):
     torch.set_num_threads(1)  # small networks are fastest so
     env = make()
     env.action_space.seed(0)
     by_chance = ends(env, lambda _: env.action_space.sample())
     assert by_chance.count(good) <= 2
-    options = {"seed": 0, "device": "cpu"}
-    if algorithm is TD3:  # it explores by nothing else
-        options["action_noise"] = NormalActionNoise(np.zeros(2), np.full(2, 0.5))
     kind = "MlpPolicy" if make is car else "MultiInputPolicy"
-    model, learned = algorithm(kind, env, **options), []
+    model, learned = algorithm(kind, env, seed=0, device="cpu", **NEEDED[algorithm]), []
     while learned.count(good) < GOOD and model.num_timesteps < MOST:
         model.learn(ROUND, reset_num_timesteps=False)
         learned = ends(env, lambda seen: model.predict(seen, deterministic=True)[0])
