@@ -69,8 +69,8 @@ def read(path):
         return ""
 
 
-def tail(path, count):
-    """Returns the last lines of a log."""
+def tail(path, count=0):
+    """Returns the last lines of a log; 0: all."""
     with open(path, encoding="utf-8", errors="replace") as stream:
         return stream.read().splitlines()[-count:]
 

@@ -102,6 +102,18 @@ def needs_of(folder):
     return result
 
 
+def configured_first(packages, workspace):
+    """Lists what cmake configures before a user's packages, which find it without asking for it in
+    their package.xml, as what a ROS has: Paddock's own packages, and what these ask for.
+
+    Args:
+        packages: Those of the user: of each name the folder.
+        workspace: The same of all packages that are built with them.
+    """
+    own = workspace.keys() - packages.keys()
+    return sorted(own.union(*(_before(name, workspace) & workspace.keys() for name in own)))
+
+
 def forgotten(name, packages):
     """Lists packages with messages that a package finds as components of catkin, and whose place
     before it in the build no package.xml asks for.
@@ -212,7 +224,9 @@ def prepare(packages, workspace):
     Returns:
         Lines that say what is helped.
     """
-    lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
+    first = ";".join(configured_first(packages, workspace))
+    lines = [f'set(PADDOCK_HEADERS "{HEADERS}")\n', f'set(PADDOCK_CONFIGURED_FIRST "{first}")\n']
+    said = []
     needed = with_headers(packages)
     for name, folder in sorted(packages.items()):
         missing = forgotten(name, {**workspace, name: folder})

@@ -8,6 +8,7 @@ the next one waits for their end in place of working beside them.
 import errno
 import fcntl
 import os
+import re
 import sys
 import time
 
@@ -23,6 +24,9 @@ STEPS = 4  # of ./run setup
 EVERY = 30  # between lines of progress where there is no terminal [s]
 GRACE = 5.0  # from SIGINT to SIGKILL for what the step started [s]
 TAIL = 20  # lines of the log shown after a failure
+FIRST = 6  # and those of its first error, if that is further up: others go on after it
+ERROR = re.compile(r"CMake Error|(?:\S+: )*(?:fatal )?error: ")
+COLORS = re.compile(r"\x1b\[[0-9;]*[mK]")
 
 _held = []
 
@@ -144,6 +148,7 @@ class Step:
         self.title = f"[{number}/{of}] {title}"
         self.begun = None  # when it started its first program; it says nothing before [s]
         self._name, self._advice = title, advice
+        self._lines_before = 0  # of the log, from programs before the last
         self._work = work(self)
         self._said, self._stream = 0, None
         self._program, self._awaited = None, None
@@ -201,7 +206,7 @@ class Step:
             say(f"{self.title} ... {self._seconds()} s")
 
     def fail(self, error):
-        """Prints the end of the log.
+        """Prints the first error and the end of the log.
 
         Raises:
             CommandError: In any case.
@@ -210,7 +215,13 @@ class Step:
         with open(self.log, "a", encoding="utf-8") as stream:
             stream.write(f"{error}\n")
         self._end(f"FAILED after {self._seconds()} s. The end of {relative(self.log)}:")
-        for line in tail(self.log, TAIL):
+        lines = tail(self.log)
+        shown = lines[-TAIL:]
+        for at, line in enumerate(lines[self._lines_before : -TAIL], self._lines_before):
+            if ERROR.match(COLORS.sub("", line)):
+                shown = [*lines[at : at + FIRST], "...", *shown]
+                break
+        for line in shown:
             say(f"    | {line}")
         raise CommandError(
             f"the step '{self._name}' failed",
@@ -234,6 +245,7 @@ class Step:
             tell_waiting(self.title)
             if not sys.stdout.isatty():
                 say(f"{self.title} ... (details in {relative(self.log)})")
+        self._lines_before = len(tail(self.log))
         return subprocess.Popen(
             argv,
             cwd=ROOT,  # not the caller's, whose random.py pip would import

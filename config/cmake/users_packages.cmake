@@ -1,7 +1,8 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
 # a list of placeholders, headers, ffmpeg, eigen, glog, standard, protobuf, pluginlib, include_NAME and
-# boost_NAME of Boost, messages_NAME. Packages that need nothing are left alone. It may name another pluginlib for all.
+# boost_NAME of Boost, messages_NAME. Packages that need nothing are left alone. It may name another
+# pluginlib for all, and has the names of packages that are configured first.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()
@@ -28,6 +29,34 @@ if(EXISTS "${CATKIN_DEVEL_PREFIX}/lib/libg2o_core.so" AND NOT G2O_INCREMENTAL_LI
 endif()
 set(PADDOCK_FIRST "${CMAKE_CURRENT_LIST_DIR}")  # headers that are included first
 include("${PADDOCK_HELP}")
+# The order that catkin has found stays but for PADDOCK_CONFIGURED_FIRST, which asks for nothing else.
+# It is put into force where catkin sets what comes after its lists, and in their scope: by a macro.
+macro(paddock_order variable access)
+  if("${access}" STREQUAL "MODIFIED_ACCESS")
+    set(paddock_lists CATKIN_ORDERED_PACKAGES CATKIN_ORDERED_PACKAGE_PATHS
+      CATKIN_ORDERED_PACKAGES_IS_META CATKIN_ORDERED_PACKAGES_BUILD_TYPE)
+    set(paddock_names "${CATKIN_ORDERED_PACKAGES}")
+    foreach(list IN LISTS paddock_lists)
+      set(paddock_first "")
+      set(paddock_last "")
+      set(paddock_index 0)
+      foreach(name IN LISTS paddock_names)
+        list(GET ${list} ${paddock_index} value)
+        list(FIND PADDOCK_CONFIGURED_FIRST "${name}" paddock_found)
+        if(paddock_found EQUAL -1)
+          list(APPEND paddock_last "${value}")
+        else()
+          list(APPEND paddock_first "${value}")
+        endif()
+        math(EXPR paddock_index "${paddock_index} + 1")
+      endforeach()
+      set(${list} ${paddock_first} ${paddock_last})
+    endforeach()
+  endif()
+endmacro()
+if(PROJECT_NAME STREQUAL "Project")
+  variable_watch(CATKIN_METAPACKAGE_CMAKE_TEMPLATE paddock_order)
+endif()
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()
 endif()

@@ -61,6 +61,17 @@ def filled(clone, tmp_path_factory, package_index):
             + "catkin_package()\n"
             "catkin_install_python(PROGRAMS src/map_server.cpp DESTINATION x)\n",
             map_server="#!/usr/bin/env python3\n")  # fmt: skip
+    text = HEAD.format("shown_msgs", "COMPONENTS message_generation") + (
+        "add_message_files(FILES Shown.msg)\ngenerate_messages()\ncatkin_package()\n"
+    )
+    message = package(standins / "shown_msgs", "shown_msgs", text) / "msg" / "Shown.msg"
+    message.parent.mkdir()
+    message.write_text("int8 number\n")
+    text = HEAD.format("shows", "COMPONENTS shown_msgs")
+    text += "catkin_package(CATKIN_DEPENDS shown_msgs)\n"
+    asking = package(standins / "shows", "shows", text) / "package.xml"
+    wanted = "<depend>shown_msgs</depend></package>"
+    asking.write_text(asking.read_text().replace("</package>", wanted))
     before = run("setup", root=root, env=package_index.environment())
     assert before.returncode == 0, before.stdout
     chained = root.parent / "chained"
@@ -99,6 +110,11 @@ def filled(clone, tmp_path_factory, package_index):
             "catkin_add_gtest(hear_test src/hear.cpp)\ntarget_link_libraries(hear_test m)\n"
             "catkin_run_tests_target(a b c)\n",
             hear="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
+    package(root / "src" / "agv", "agv",  # comes before the stand-ins by name
+            HEAD.format("agv", "COMPONENTS shows") + "catkin_package()\n"
+            "include_directories(${catkin_INCLUDE_DIRS})\nadd_executable(agv src/agv.cpp)\n"
+            "add_dependencies(agv ${catkin_EXPORTED_TARGETS})\n",
+            agv="#include <shown_msgs/Shown.h>\nint main() { return 0; }\n")  # fmt: skip
     linked = "find_package(plain_sum REQUIRED)\nlink_libraries(plain_sum)\n"
     tested = "add_executable(sum_test src/sum_test.cpp)\nadd_test(NAME sum_test COMMAND sum_test)\n"
     installed = (
@@ -164,7 +180,7 @@ def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
     assert "left out: wrong_mail: catkin refuses src/wrong_mail/package.xml: " in said
     assert len(lines) == 9, said
     built = {path.name for path in (root / "devel" / "lib").glob("*/*")}
-    assert {"good", "hear", "old", "speak", "map_server"} <= built and not {
+    assert {"agv", "good", "hear", "old", "speak", "map_server"} <= built and not {
         "world",
         "wrong",
     } & built

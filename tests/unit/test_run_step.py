@@ -83,6 +83,32 @@ def test_a_step_that_fails_says_why(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    "error",
+    [
+        "CMake Error at a/CMakeLists.txt:3 (find_package):",
+        "/w/src/a.cpp:1:10: fatal error: b.h: No such file or directory",
+        "error: subprocess-exited-with-error",
+        "\x1b[01m\x1b[K/w/a.cpp:1:2:\x1b[m\x1b[K \x1b[01;31m\x1b[Kerror: \x1b[m\x1b[Kb",
+    ],
+)
+def test_the_first_error_is_shown_beside_the_end(tmp_path, error):
+    lines = [*map(str, range(9)), error, *map(str, range(10, 60))]
+    text = f"print({chr(10).join(lines)!r}, flush=True); raise SystemExit(1)"
+    said, _ = start(tmp_path, text).communicate(timeout=PATIENCE)
+    _, _, *shown = said.splitlines()
+    assert shown[:8] == [f"    | {n}" for n in (error, 10, 11, 12, 13, 14, "...", 41)]
+    assert len(shown) == 27
+
+
+def test_errors_in_the_output_of_an_earlier_program_are_not_shown(tmp_path):
+    """Those of packages of a user, which are left out then."""
+    goes_on = "print('CMake Error at a:')"
+    fails = "print(*range(40), sep=chr(10)); raise SystemExit(1)"
+    said, _ = beside(tmp_path, (1, "Probe", [goes_on, fails])).communicate(timeout=PATIENCE)
+    assert "CMake Error" not in said and len(said.splitlines()) == 22
+
+
 def members(group):
     """Process ids of a process group, without those that only wait to be reaped."""
     found = []

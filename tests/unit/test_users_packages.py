@@ -186,6 +186,38 @@ def test_messages_that_a_package_forgets_to_ask_for(tmp_path):
     ]  # fmt: skip
 
 
+ORDERED = """cmake_minimum_required(VERSION 3.1)
+project(Project NONE)
+function(catkin_workspace)
+  set(CATKIN_ORDERED_PACKAGES agv own ours theirs)
+  set(CATKIN_ORDERED_PACKAGE_PATHS u/agv u/own ours u/theirs)
+  set(CATKIN_ORDERED_PACKAGES_IS_META False False True False)
+  set(CATKIN_ORDERED_PACKAGES_BUILD_TYPE catkin catkin catkin cmake)
+  set(CATKIN_METAPACKAGE_CMAKE_TEMPLATE x)
+  message(STATUS "${CATKIN_ORDERED_PACKAGES}|${CATKIN_ORDERED_PACKAGE_PATHS}")
+  message(STATUS "${CATKIN_ORDERED_PACKAGES_IS_META}|${CATKIN_ORDERED_PACKAGES_BUILD_TYPE}")
+endfunction()
+catkin_workspace()
+"""
+
+
+def test_what_is_configured_first_asks_for_nothing_else(tmp_path, monkeypatch):
+    """Catkin's order, in its lists; here a stand-in asks for a package of the user."""
+    monkeypatch.setattr(old_code, "HELP", str(tmp_path / "help.cmake"))
+    names = ("agv", "own", "ours", "theirs")
+    folders = {name: package(tmp_path / name, name, HEAD.format(name, "")) for name in names}
+    manifest = folders["ours"] / "package.xml"
+    manifest.write_text(manifest.read_text().replace("</pac", "<depend>own</depend></pac"))
+    workspace = {name: str(folder) for name, folder in folders.items()}
+    users = {name: workspace[name] for name in names if name != "ours"}
+    old_code.prepare(users, workspace)
+    (tmp_path / "CMakeLists.txt").write_text(ORDERED)
+    words = ["cmake", str(tmp_path), *old_code.options()]
+    done = subprocess.run(words, cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert "-- own;ours;agv;theirs|u/own;ours;u/agv;u/theirs\n" in done.stdout
+    assert "-- False;True;False;False|catkin;catkin;catkin;cmake\n" in done.stdout
+
+
 @pytest.mark.parametrize("major, needs", [(0, []), (1, ["standard"])])
 def test_older_standards_are_left_where_log4cxx_takes_them(tmp_path, monkeypatch, major, needs):
     header = tmp_path / "ros" / "include" / "log4cxx" / "log4cxx.h"
