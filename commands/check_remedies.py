@@ -1,11 +1,13 @@
 """What takes the place of what cannot work here, for ./run check: packages and plugins by name."""
 
+import os
 import re
 import subprocess
 
 from commands import sources
 from commands.bootstrap import left_out
 from commands.errors import CommandError
+from commands.paths import GAZEBO
 from commands.subcommands import deps
 
 # Packages that have no sources for Noetic -> what does the same.
@@ -52,10 +54,15 @@ def finding(text):
     return text.partition("; ")[0]
 
 
-def for_plugin(library):
-    """A sentence's end: what takes the place of a plugin's library (libNAME.so)."""
+def for_plugin(library, has_sources=False):
+    """A sentence's end: what takes the place of a plugin's library (libNAME.so), or builds it.
+
+    Args:
+        has_sources: A package that is there has its sources.
+    """
     name = re.sub("^lib", "", library).partition(".so")[0]
-    return PLUGINS.get(name, left_out.OWN)
+    is_built = has_sources and not os.path.isdir(GAZEBO)
+    return PLUGINS.get(name, left_out.GAZEBO if is_built else left_out.OWN)
 
 
 def named_packages(text):

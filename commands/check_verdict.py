@@ -21,6 +21,7 @@ LIBRARY = re.compile(r"lib[\w.+-]+\.so")
 DRIVE = re.compile(r"drive|planar_move|hand_of_god|steer|kobuki")  # in libraries that move a robot
 NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
 MASSLESS = re.compile(r"links of '[^']+' without mass are left out.*, as in Gazebo: ([^;]*)")
+PATH = re.compile(r"/\S*[^\s:]")
 MODEL = re.compile(r"model://([^/\s']+)")
 
 
@@ -279,6 +280,8 @@ def _subject(text):
         return "" if text.startswith("all ") else f"links without mass: {listed(names)}"
     if library:
         return f"plugin {library.group()}"
+    if not named and (path := PATH.match(said)):
+        return f"file {path[0]}"
     return " ".join(named.groups()) if named else text
 
 
@@ -286,10 +289,11 @@ def _lost(report, text):
     library = LIBRARY.search(check_remedies.finding(text))
     if library is None or "is not known here" not in text:  # a known plugin, a fault of the file
         return text
-    remedy = check_remedies.for_plugin(library.group())
     for name, (package, *_) in report.get("builders", {}).items():
         if f"lib{name}.so" == library.group():
+            remedy = check_remedies.for_plugin(library.group(), has_sources=True)
             return f"{text}: it is C++ of package {package}; {remedy}"
+    remedy = check_remedies.for_plugin(library.group())
     return text if "did you mean" in text else f"{text}; {remedy}"
 
 
@@ -343,7 +347,8 @@ def _stance(model):
     way = math.dist(before["position"], after["position"])
     if way > STILL and not model.get("driven_by"):
         said.append(f"robot {name} moves by itself: {way:.2f} m while it was watched")
-    if tilt(after["orientation"]) > UPRIGHT:
+    can_move = model.get("joints", 1) or model.get("commands") or said  # no camera that hangs so
+    if tilt(after["orientation"]) > UPRIGHT and can_move:
         said.append(f"robot {name} is tilted by {tilt(after['orientation']):.0f} degrees")
     if after["position"][2] < LOWEST:
         said.append(f"robot {name} has fallen to z = {after['position'][2]:.1f} m")

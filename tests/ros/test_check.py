@@ -30,6 +30,7 @@ class Check(check_rig.Rig):
     def test_what_commands_a_robot_is_known(self):
         sledge = self.model("sledge", "sledge")
         self.assertEqual((sledge["commands"], sledge["driven_by"]), (["/cmd_vel"], [BY_SERVICES]))
+        self.assertEqual(sledge["joints"], 0)
         ((cause, items),) = sledge["missing"].items()
         self.assertEqual(cause, "meshes are missing and left out")
         self.assertEqual(items, ["package://yard_fleet/meshes/gone & lost.dae"])

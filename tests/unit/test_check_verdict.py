@@ -18,6 +18,7 @@ from commands import (
     check_sources,
     check_verdict,
 )
+from commands.bootstrap.left_out import GAZEBO as BRINGS_GAZEBO
 from commands.bootstrap.left_out import OWN
 from commands.check_remedies import GENERIC
 from commands.errors import CommandError
@@ -193,6 +194,9 @@ SAID = [
     ({"models": [GROUND, CAR, *({**LOOSE, "name": f"b{n}"} for n in range(5))]}, [], "works",
      "loose things move, fall or lie: b0, b1, b2 and 2 more"),
     ({"models": [GROUND, CAR, CRATE]}, [], "works", "loose things move, fall or lie: crate"),
+    ({"models": [{**CRATE, "joints": 0}]}, [], "works"),  # a camera that hangs so
+    ({"models": [{**CRATE, "joints": 0, "commands": ["/cmd_vel"]}]},
+     ["robot crate is tilted by 90 degrees"], None),
     ({"models": [CRATE]}, ["robot crate is tilted by 90 degrees"], None),
     ({"car_after": None}, ["robot car cannot be asked where it is"], None),
     ({"car_after": MOVED}, [MOVES], None),
@@ -232,13 +236,15 @@ SAID = [
     # plugins
     ({"lost": [UNKNOWN.format("x")]}, [UNKNOWN.format("x")], "works without plugin x"),
     ({"car_lost": [UNKNOWN.format("libhover.so")], "builders": {"hover": ["h_g", True]}},
-     [UNKNOWN.format("libhover.so") + f": it is C++ of package h_g; {OWN}"],
+     [UNKNOWN.format("libhover.so") + f": it is C++ of package h_g; {BRINGS_GAZEBO}"],
      "works without plugin libhover.so"),
     ({"car_lost": [OTHERS], "builders": {"gazebo_ros_control2": ["x_control", True]}},
-     [f"{OTHERS}: it is C++ of package x_control; {OWN}"],
+     [f"{OTHERS}: it is C++ of package x_control; {BRINGS_GAZEBO}"],
      "works without plugin libgazebo_ros_control2.so"),
     ({"car_lost": [NEARLY], "builders": {"gazebo_ros_control": ["x_control", True]}}, [NEARLY],
      "works without plugin libgazebo_ros_contol.so"),
+    ({"lost": ["/w/a.world has no <world>; the empty world takes its place"]}, ["..."],
+     "works without file /w/a.world"),
     ({"car_lost": [BARELY]}, [BARELY], "works without plugin gazebo_ros_contol"),
     ({"car_lost": ["plugin 'x' of sensor 'eye' is ignored; take libgazebo_ros_y.so"]}, ["..."],
      "works without plugin x"),
@@ -275,7 +281,8 @@ SAID = [
 
 
 @pytest.mark.parametrize("row", SAID)
-def test_what_is_said(row):
+def test_what_is_said(row, monkeypatch):
+    monkeypatch.setattr(check_remedies, "GAZEBO", "/no/gazebo")
     values, problems, verdict, *notes = row
     found = changed(**values)
     assert check_verdict.problems(found) == list(map(Like, problems))
@@ -399,6 +406,11 @@ def test_what_would_replace_it(name, remedy):
         assert check_remedies.for_plugin(name) == Like(remedy)
     else:
         assert check_remedies.for_package(name, set, resolve) == Like(remedy)
+
+
+def test_a_plugin_with_sources_that_gazebos_libraries_did_not_build(tmp_path, monkeypatch):
+    monkeypatch.setattr(check_remedies, "GAZEBO", str(tmp_path))
+    assert check_remedies.for_plugin("libhover.so", has_sources=True) == OWN
 
 
 def test_what_there_is_has_no_remedy():

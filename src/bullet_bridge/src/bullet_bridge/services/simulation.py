@@ -134,6 +134,7 @@ class Describer:
             "commands": sorted(set().union(*(part.topics_received() for part in parts))),
             "extensions": self._extensions(model),
             "times_moved": model.times_moved,
+            "joints": len(model.joints.names),
         }
 
     def _extensions(self, model: Model) -> list[str]:
