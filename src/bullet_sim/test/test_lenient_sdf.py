@@ -192,3 +192,14 @@ def test_a_bad_value_costs_itself(text, get, expected, words):
 def test_what_is_left_runs():
     """All of it in one world; the models touch nothing and fall side by side."""
     assert fallen("".join(row[0] for row in VALUES.values())) == pytest.approx(FALLEN, abs=0.01)
+
+
+@pytest.mark.parametrize("size", ["1 1 0", "0 0 1", "0 0 0"])
+def test_a_collision_of_size_0_touches_nothing_unless_it_is_static(size):
+    """As ODE's shapes of size 0, dropped in Gazebo on a plane, and a ball dropped on them."""
+    shape = f'<collision name="c"><geometry><box><size>{size}</size></box></geometry></collision>'
+    for static in (0, 1):
+        found = read(world_of(model(f"<static>{static}</static>", link=shape)))
+        kept = [shape.geometry.size for shape in found.links["a"].collisions]
+        flat = tuple(float(value) or 1e-3 for value in size.split())
+        assert kept == ([flat] if static and any(map(float, size.split())) else [])

@@ -178,6 +178,12 @@ VALUES = {
     "a box of two sides": (shape('<box size="1 2"/>'), visual_sizes, [], ["'1 2'", "3 finite"]),
     "a box without size": (shape("<box/>"), visual_sizes, [], ["box without size", "left out"]),
     "a flat box": (shape('<box size="1 2 0"/>'), visual_sizes, [(1, 2, 0.001)], ["it becomes"]),
+    "a flat box that touches": (
+        shape('<box size="1 2 0"/>', "collision"),
+        lambda m: link(m).collisions,
+        [],
+        ["link 'arm' collision", "left out"],
+    ),
     "a negative box": (shape('<box size="1 -2 3"/>'), visual_sizes, [(1, 2, 3)], ["than 0"]),
     "a sphere of no size": (
         shape('<sphere radius="0"/>', "collision"),

@@ -38,16 +38,22 @@ NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"
 MISSING = "meshes are missing and left out"
 
 
-def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geometry | None:
+def usable_size(
+    geometry: Geometry, label: str, model: ModelDescription, touches: bool
+) -> Geometry | None:
     """The geometry with sizes above 0, or None with a warning; planes and meshes have no size.
 
     A negative size counts without its sign, one of 0 becomes MIN_SIZE; a geometry with all sizes 0
-    is left out.
+    is left out, and one that touches where any of them is.
+
+    Args:
+        touches: it is a collision of a model that moves, which falls through everything in Gazebo
+            where it has a size of 0; one of a static model is thin there.
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
     message = f"{label} {geometry.kind} size is {geometry.size}, must be greater than 0"
-    if not any(geometry.size):
+    if not (all if touches else any)(geometry.size):
         model.warn(f"{message}; it is left out", "shapes have no size and are left out", label)
         return None
     sizes = tuple(abs(value) or MIN_SIZE for value in geometry.size)
@@ -142,7 +148,7 @@ def parse_shape(
         parsed: Geometry | None = _polylines(element, label)
     else:
         parsed = _geometry(geometry, label, model, resolve, tag)
-    parsed = parsed and usable_size(parsed, label, model)
+    parsed = parsed and usable_size(parsed, label, model, tag == "collision" and not model.static)
     if parsed is None:
         return None
     offset = _plane_rotation(geometry, label)

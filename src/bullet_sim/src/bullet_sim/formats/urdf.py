@@ -238,7 +238,8 @@ def _shape(
     model: ModelDescription,
 ) -> Shape | None:
     """A shape without a fault, or None with a warning where its size or mesh is not usable."""
-    parsed = _geometry(next(element.iter("geometry"))[0], label, resolve, model)
+    geometry = next(element.iter("geometry"))[0]
+    parsed = _geometry(geometry, label, resolve, model, element.tag == "collision")
     if parsed is None:
         return None
     color = None
@@ -249,7 +250,7 @@ def _shape(
 
 
 def _geometry(
-    element: Node, label: str, resolve: Resolve, model: ModelDescription
+    element: Node, label: str, resolve: Resolve, model: ModelDescription, touches: bool
 ) -> Geometry | None:
     if element.tag == "mesh":
         scale = child_floats(element, "@scale", 3, f"{label} mesh", _ONE)
@@ -258,4 +259,4 @@ def _geometry(
         child_floats(element, f"@{key}", count, f"{label} {element.tag}", ())
         for key, count in SIZES[element.tag]
     ]
-    return usable_size(Geometry(element.tag, sum(sizes, ())), label, model)
+    return usable_size(Geometry(element.tag, sum(sizes, ())), label, model, touches)
