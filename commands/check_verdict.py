@@ -22,7 +22,7 @@ DRIVE = re.compile(r"drive|planar_move|hand_of_god|steer|kobuki")  # in librarie
 NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
 MASSLESS = re.compile(r"links of '[^']+' without mass are left out.*, as in Gazebo: ([^;]*)")
 PATH = re.compile(r"/\S*[^\s:]")
-MODEL = re.compile(r"model://([^/\s']+)")
+MODEL = re.compile(r"model:/{2,3}([^/\s']+)")
 
 
 @dataclass(frozen=True)

@@ -269,6 +269,9 @@ SAID = [
      FAILS + "heightmap /w/hill.asc cannot be used and is left out"),
     ({"missing": DATABASE_MESH, "car_after": MOVED}, ["1 model of Gazebo's database is...", MOVES],
      FAILS + MOVES),
+    ({"missing": {cause: [uri.replace("//", "///") for uri in uris]
+                  for cause, uris in DATABASE_MESH.items()}},
+     ["1 model of Gazebo's database is...cafe_table"], "works without 1 model"),
     ({"problems": ADD, "checked": ["robot", "a.launch"]}, [], "works",
      "./run add --for robot a.launch brings all of these packages and models at once"),
     ({"problems": ADD[:1], "checked": ["robot", "a.launch"]}, [], "works"),

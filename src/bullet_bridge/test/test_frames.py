@@ -19,6 +19,8 @@ def _master(monkeypatch):
         above = ["/" + "/".join([*parts[:end], "tf_prefix"]) for end in range(len(parts), -1, -1)]
 
         def search(_name):
+            if not parts:
+                raise rosgraph.MasterFailure("namespace must be global")
             found = next((name for name in above if name in PARAMETERS), None)
             if found is None:
                 raise rosgraph.MasterException("no such parameter")
@@ -43,6 +45,7 @@ def _master(monkeypatch):
         (NEAREST, "a", "a_robot/f"),
         (NEAREST, "a/camera/left", "a_robot/f"),
         (NEAREST, "b", "all/f"),
+        (NEAREST, "", "all/f"),
         (OWN, "number", "f"),
         (NAMESPACE, "b", "b/f"),
         (NAMESPACE, "", "all/f"),

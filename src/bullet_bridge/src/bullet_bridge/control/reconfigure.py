@@ -19,6 +19,7 @@ from bullet_sim.formats.transmissions import parse_transmissions
 from bullet_sim.xml_reader import parse
 from control_toolbox.cfg import ParametersConfig
 
+from bullet_bridge.transport.parameters import nearest
 from bullet_bridge.transport.pid_gains import on_change, values_of
 from bullet_bridge.transport.reconfigure import ValuesServer
 
@@ -112,9 +113,8 @@ def _transmissions(description: ModelDescription, namespace: str) -> Transmissio
     if not description.robot_param:
         return own
     try:
-        master = rosgraph.Master(f"/{namespace.strip('/')}")
-        name = master.searchParam(description.robot_param)
-        found = parse_transmissions(parse(master.getParam(name), f"parameter {name}"))
+        name = description.robot_param
+        found = parse_transmissions(parse(nearest(namespace, name), f"parameter {name}"))
     except (OSError, rosgraph.MasterException, TypeError, ValueError):
         return own
     return found if found.joints & own.joints or not own.joints else own

@@ -9,6 +9,8 @@ from typing import Any
 import rosgraph
 from bullet_sim.plugins.rules import NEAREST, OWN, FrameName, FramePrefix
 
+from bullet_bridge.transport.parameters import nearest
+
 PARAMETER = "tf_prefix"
 
 
@@ -17,15 +19,14 @@ def parameter(prefix: FramePrefix) -> str:
 
     As roscpp's getParam() into a string, it ignores values of other types.
     """
-    master = rosgraph.Master(f"/{prefix.namespace}")
     try:
         if prefix.source == NEAREST:
-            name = master.searchParam(PARAMETER)
-        elif prefix.source == OWN:
+            value = nearest(prefix.namespace, PARAMETER)
+        elif prefix.source == OWN or not prefix.namespace:
             name = f"/{prefix.namespace}/{PARAMETER}".replace("//", "/")
+            value = rosgraph.Master("/").getParam(name)
         else:
-            name = f"/{PARAMETER}" if not prefix.namespace else None
-        value = master.getParam(name) if name else ""
+            value = ""
     except (OSError, rosgraph.MasterException):  # there is no such parameter, or no master
         return ""
     return value if isinstance(value, str) else ""
