@@ -3,8 +3,12 @@
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit"))
 from test_gym_package import prefix, source, use  # noqa: E402, F401
+
+pytestmark = pytest.mark.timeout(1800)  # numba compiles beside other tests
 
 
 def test_what_numba_has_compiled_is_kept(prefix, tmp_path):  # noqa: F811
